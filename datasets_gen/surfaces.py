@@ -1,0 +1,253 @@
+"""The surfaces that lodbench reads, makes and hands out: frozen, validated, host side only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float32]
+Indices = NDArray[np.uint32]
+
+
+def _rows(argument: str, values: object, dtype: type, columns: int, rows: int | None = None):
+    """`values` as a read-only C-contiguous (rows, columns) array of `dtype`, or an error by name."""
+    array = np.asarray(values)
+    expected = f"({'n' if rows is None else rows}, {columns}) {np.dtype(dtype).name}"
+    if array.size == 0 and array.ndim != 2:
+        array = array.reshape(0, columns)
+    if array.ndim != 2 or array.shape[1] != columns or (rows is not None and len(array) != rows):
+        raise ValueError(f"{argument}: expected {expected}, got shape {array.shape}")
+    wanted = "fiu" if np.dtype(dtype).kind == "f" else "iu"
+    if array.size and array.dtype.kind not in wanted:
+        raise TypeError(f"{argument}: expected {expected}, got dtype {array.dtype}")
+    array = (
+        array.view()
+        if array.dtype == dtype and array.flags.c_contiguous
+        else np.array(array, dtype, order="C")
+    )
+    array.flags.writeable = False
+    return array
+
+
+def _finite(argument: str, given: object, array: NDArray[np.floating]) -> None:
+    if np.isfinite(array).all():
+        return
+    row = int(np.argmin(np.isfinite(array).all(axis=tuple(range(1, array.ndim)))))
+    value = np.asarray(given)[row].tolist()
+    raise ValueError(f"{argument}: expected finite float32 values, got {value} in row {row}")
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """An indexed triangle mesh.
+
+    ```
+    positions  (n, 3) float32   x y z | x y z | ...        model units
+    triangles  (m, 3) uint32    a b c | a b c | ...        rows of positions, counter-clockwise from outside
+    normals    (n, 3) float32   unit length, or None
+    uvs        (n, 2) float32   texture coordinates, or None
+    colours    (n, 3) float32   0..1, or None
+    tags       (n, 3) float32   sharpness, bias, tension per vertex, or None
+    ```
+    Any real or integer dtype is taken and converted; the arrays are read-only views where no conversion was needed.
+
+    Raises:
+        TypeError: a dtype that is not a number's.
+        ValueError: a wrong shape, NaN or infinity (also after rounding to float32), an index out of range.
+    """
+
+    positions: Floats
+    triangles: Indices
+    normals: Floats | None = None
+    uvs: Floats | None = None
+    colours: Floats | None = None
+    tags: Floats | None = None
+
+    def __post_init__(self) -> None:
+        given = self.positions
+        with np.errstate(over="ignore", invalid="ignore"):
+            positions = _rows("points", given, np.float32, 3)
+        _finite("points", given, positions)
+        object.__setattr__(self, "positions", positions)
+        faces = np.asarray(self.triangles)
+        if faces.size and faces.dtype.kind in "iu":
+            low, high = int(faces.min()), int(faces.max())
+            if low < 0 or high >= len(positions):
+                worst = low if low < 0 else high
+                raise ValueError(
+                    f"faces: expected indices from 0 to {len(positions) - 1}, got {worst}"
+                    if len(positions)
+                    else f"faces: expected no triangles with no points, got index {worst}"
+                )
+        object.__setattr__(self, "triangles", _rows("faces", faces, np.uint32, 3))
+        for name, columns in (("normals", 3), ("uvs", 2), ("colours", 3), ("tags", 3)):
+            values = getattr(self, name)
+            if values is not None:
+                array = _rows(name, values, np.float32, columns, len(positions))
+                _finite(name, values, array)
+                object.__setattr__(self, name, array)
+
+    @property
+    def vertex_count(self) -> int:
+        return len(self.positions)
+
+    @property
+    def triangle_count(self) -> int:
+        return len(self.triangles)
+
+    @property
+    def box(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower and upper corner of all positions, (3,) float64 each; zeros when there are none."""
+        if not len(self.positions):
+            return np.zeros(3), np.zeros(3)
+        return self.positions.min(0).astype(np.float64), self.positions.max(0).astype(np.float64)
+
+    @property
+    def diagonal(self) -> float:
+        low, high = self.box
+        return float(np.linalg.norm(high - low))
+
+    def with_normals(self) -> TriangleMesh:
+        """This mesh with area-weighted unit vertex normals; itself when it has normals already.
+
+        A vertex with no area around it gets (0, 0, 1).
+        """
+        if self.normals is not None:
+            return self
+        low, high = self.box
+        scale = max(float((high - low).max()), np.finfo(np.float32).tiny)
+        corners = ((self.positions.astype(np.float64) - low) / scale)[self.triangles]
+        face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        total = np.stack(
+            [
+                np.bincount(self.triangles.ravel(), np.repeat(face[:, axis], 3), self.vertex_count)
+                for axis in range(3)
+            ],
+            axis=1,
+        )
+        length = np.linalg.norm(total, axis=1, keepdims=True)
+        unit = np.where(length > 0, total / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))
+        return TriangleMesh(
+            self.positions,
+            self.triangles,
+            unit.astype(np.float32),
+            self.uvs,
+            self.colours,
+            self.tags,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class BezierPatches:
+    """Bicubic Bezier patches.
+
+    ```
+    points  (n, 4, 4, 3) float32   patch, i along u, j along v, x y z
+    ```
+    """
+
+    points: Floats
+
+    def __post_init__(self) -> None:
+        array = np.asarray(self.points)
+        if array.ndim != 4 or array.shape[1:] != (4, 4, 3):
+            raise ValueError(f"points: expected (n, 4, 4, 3) float32, got shape {array.shape}")
+        result = np.array(array, np.float32, order="C")
+        _finite("points", array, result)
+        result.flags.writeable = False
+        object.__setattr__(self, "points", result)
+
+
+@dataclass(frozen=True, eq=False)
+class NurbsSurface:
+    """One clamped tensor-product NURBS surface.
+
+    ```
+    points   (n_u, n_v, 3) float64   Cartesian, not multiplied by the weights
+    weights  (n_u, n_v)    float64   positive
+    knots_u  (n_u + degree_u + 1,) float64, non-decreasing; knots_v alike
+    ```
+    """
+
+    degree_u: int
+    degree_v: int
+    knots_u: NDArray[np.float64]
+    knots_v: NDArray[np.float64]
+    points: NDArray[np.float64]
+    weights: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        points = np.array(self.points, np.float64)
+        weights = np.array(self.weights, np.float64)
+        if points.ndim != 3 or points.shape[2] != 3:
+            raise ValueError(f"points: expected (n_u, n_v, 3) float64, got shape {points.shape}")
+        if weights.shape != points.shape[:2]:
+            raise ValueError(f"weights: expected shape {points.shape[:2]}, got {weights.shape}")
+        if not (np.isfinite(points).all() and np.isfinite(weights).all() and (weights > 0).all()):
+            raise ValueError("points, weights: expected finite points and positive weights")
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "weights", weights)
+        for axis, (name, degree) in enumerate(
+            (("knots_u", self.degree_u), ("knots_v", self.degree_v))
+        ):
+            knots = np.array(getattr(self, name), np.float64)
+            count = points.shape[axis] + degree + 1
+            if (
+                knots.shape != (count,)
+                or not np.isfinite(knots).all()
+                or (np.diff(knots) < 0).any()
+            ):
+                raise ValueError(
+                    f"{name}: expected {count} finite, non-decreasing knots, got shape {knots.shape}"
+                )
+            object.__setattr__(self, name, knots)
+
+
+@dataclass(frozen=True, eq=False)
+class NurbsModel:
+    """A set of NURBS surfaces, untrimmed."""
+
+    surfaces: tuple[NurbsSurface, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class GeometryImage:
+    """A square grid of samples of a closed genus-0 surface, octahedral layout.
+
+    ```
+    positions  (2^n + 1, 2^n + 1, 3) float32   row, column, x y z
+    normals    (2^n + 1, 2^n + 1, 3) float32   unit length
+    ```
+    Source: Wang et al., section 2 (geometry image of an octahedrally unfolded sphere).
+    """
+
+    positions: Floats
+    normals: Floats
+
+    def __post_init__(self) -> None:
+        for name in ("positions", "normals"):
+            given = np.asarray(getattr(self, name))
+            side = given.shape[0] if given.ndim == 3 else 0
+            if (
+                given.ndim != 3
+                or given.shape != (side, side, 3)
+                or side < 3
+                or (side - 1) & (side - 2)
+            ):
+                raise ValueError(
+                    f"{name}: expected (2^n + 1, 2^n + 1, 3) float32, got shape {given.shape}"
+                )
+            array = np.array(given, np.float32, order="C")
+            _finite(name, given, array)
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        if self.positions.shape != self.normals.shape:
+            raise ValueError(
+                f"normals: expected shape {self.positions.shape}, got {self.normals.shape}"
+            )
+
+
+Surface: TypeAlias = TriangleMesh | BezierPatches | NurbsModel | GeometryImage

@@ -1,0 +1,138 @@
+// The standard built-ins as operators and inline functions, joined in front only where the driver's own are calls.
+//
+// Source    none: some PoCL builds cannot inline their library into kernels; a call per built-in costs 5 to 60 times
+// Work      functions only; names, argument types and results are OpenCL's, except that NaN ordering is unspecified
+// Reads     nothing
+// Writes    nothing
+
+#define LB_INLINE static inline __attribute__((overloadable, always_inline))
+
+// comparison and arithmetic, one body for every width; mixed vector-scalar forms where OpenCL has them
+#define LB_ORDER(T)                                                                                                    \
+    LB_INLINE T lb_min(T a, T b) { return __builtin_elementwise_min(a, b); }                                           \
+    LB_INLINE T lb_max(T a, T b) { return __builtin_elementwise_max(a, b); }                                           \
+    LB_INLINE T lb_clamp(T x, T low, T high) { return lb_min(lb_max(x, low), high); }
+#define LB_ORDER_SCALAR(V, S)                                                                                          \
+    LB_INLINE V lb_min(V a, S b) { return lb_min(a, (V)(b)); }                                                         \
+    LB_INLINE V lb_max(V a, S b) { return lb_max(a, (V)(b)); }                                                         \
+    LB_INLINE V lb_clamp(V x, S low, S high) { return lb_clamp(x, (V)(low), (V)(high)); }
+#define LB_ORDER_ALL(S)                                                                                                \
+    LB_ORDER(S) LB_ORDER(S##2) LB_ORDER(S##3) LB_ORDER(S##4) LB_ORDER(S##8) LB_ORDER(S##16)                            \
+    LB_ORDER_SCALAR(S##2, S) LB_ORDER_SCALAR(S##3, S) LB_ORDER_SCALAR(S##4, S)                                         \
+    LB_ORDER_SCALAR(S##8, S) LB_ORDER_SCALAR(S##16, S)
+LB_ORDER_ALL(float)
+LB_ORDER_ALL(int)
+LB_ORDER_ALL(uint)
+LB_ORDER_ALL(long)
+LB_ORDER_ALL(ulong)
+
+#define LB_FLOAT(T)                                                                                                    \
+    LB_INLINE T lb_mad(T a, T b, T c) { return a * b + c; }                                                            \
+    LB_INLINE T lb_mix(T a, T b, T t) { return a + (b - a) * t; }                                                      \
+    LB_INLINE T lb_fabs(T a) { return __builtin_elementwise_abs(a); }                                                  \
+    LB_INLINE T lb_floor(T a) { return __builtin_elementwise_floor(a); }                                               \
+    LB_INLINE T lb_ceil(T a) { return __builtin_elementwise_ceil(a); }                                                 \
+    LB_INLINE T lb_trunc(T a) { return __builtin_elementwise_trunc(a); }
+LB_FLOAT(float) LB_FLOAT(float2) LB_FLOAT(float3) LB_FLOAT(float4) LB_FLOAT(float8) LB_FLOAT(float16)
+#define LB_MIX_SCALAR(V) LB_INLINE V lb_mix(V a, V b, float t) { return a + (b - a) * t; }
+LB_MIX_SCALAR(float2) LB_MIX_SCALAR(float3) LB_MIX_SCALAR(float4) LB_MIX_SCALAR(float8) LB_MIX_SCALAR(float16)
+
+// fma keeps its single rounding, lane by lane
+LB_INLINE float lb_fma(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
+LB_INLINE float2 lb_fma(float2 a, float2 b, float2 c) { return (float2)(lb_fma(a.x, b.x, c.x), lb_fma(a.y, b.y, c.y)); }
+LB_INLINE float3 lb_fma(float3 a, float3 b, float3 c) { return (float3)(lb_fma(a.xy, b.xy, c.xy), lb_fma(a.z, b.z, c.z)); }
+LB_INLINE float4 lb_fma(float4 a, float4 b, float4 c) { return (float4)(lb_fma(a.xy, b.xy, c.xy), lb_fma(a.zw, b.zw, c.zw)); }
+LB_INLINE float8 lb_fma(float8 a, float8 b, float8 c) { return (float8)(lb_fma(a.lo, b.lo, c.lo), lb_fma(a.hi, b.hi, c.hi)); }
+LB_INLINE float16 lb_fma(float16 a, float16 b, float16 c) { return (float16)(lb_fma(a.lo, b.lo, c.lo), lb_fma(a.hi, b.hi, c.hi)); }
+
+LB_INLINE float lb_sqrt(float a) { return __builtin_sqrtf(a); }
+LB_INLINE float2 lb_sqrt(float2 a) { return (float2)(lb_sqrt(a.x), lb_sqrt(a.y)); }
+LB_INLINE float3 lb_sqrt(float3 a) { return (float3)(lb_sqrt(a.x), lb_sqrt(a.y), lb_sqrt(a.z)); }
+LB_INLINE float4 lb_sqrt(float4 a) { return (float4)(lb_sqrt(a.xy), lb_sqrt(a.zw)); }
+LB_INLINE float8 lb_sqrt(float8 a) { return (float8)(lb_sqrt(a.lo), lb_sqrt(a.hi)); }
+LB_INLINE float16 lb_sqrt(float16 a) { return (float16)(lb_sqrt(a.lo), lb_sqrt(a.hi)); }
+#define LB_RSQRT(T) LB_INLINE T lb_rsqrt(T a) { return (T)(1.0f) / lb_sqrt(a); }
+LB_RSQRT(float) LB_RSQRT(float2) LB_RSQRT(float3) LB_RSQRT(float4) LB_RSQRT(float8) LB_RSQRT(float16)
+
+LB_INLINE float lb_dot(float2 a, float2 b) { return a.x * b.x + a.y * b.y; }
+LB_INLINE float lb_dot(float3 a, float3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+LB_INLINE float lb_dot(float4 a, float4 b) { return a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w; }
+LB_INLINE float3 lb_cross(float3 a, float3 b) { return a.yzx * b.zxy - a.zxy * b.yzx; }
+#define LB_LENGTH(V)                                                                                                   \
+    LB_INLINE float lb_length(V a) { return lb_sqrt(lb_dot(a, a)); }                                                   \
+    LB_INLINE float lb_distance(V a, V b) { return lb_length(a - b); }                                                 \
+    LB_INLINE V lb_normalize(V a) { return a * (1.0f / lb_sqrt(lb_dot(a, a))); }
+LB_LENGTH(float2) LB_LENGTH(float3) LB_LENGTH(float4)
+
+// unaligned vector memory: a vector type that promises only its scalar's alignment, so that one move does it
+#define LB_MEMORY_SPACE(S, N, SPACE)                                                                                   \
+    LB_INLINE S##N lb_vload##N(size_t i, const SPACE S *p) { return *(const SPACE lb_##S##N *)(p + i * N); }
+#define LB_MEMORY(S, N)                                                                                                \
+    typedef S##N lb_##S##N __attribute__((aligned(sizeof(S))));                                                        \
+    LB_MEMORY_SPACE(S, N, __global) LB_MEMORY_SPACE(S, N, __local)                                                     \
+    LB_MEMORY_SPACE(S, N, __constant) LB_MEMORY_SPACE(S, N, __private)                                                 \
+    LB_INLINE void lb_vstore##N(S##N v, size_t i, __global S *p) { *(__global lb_##S##N *)(p + i * N) = v; }           \
+    LB_INLINE void lb_vstore##N(S##N v, size_t i, __local S *p) { *(__local lb_##S##N *)(p + i * N) = v; }             \
+    LB_INLINE void lb_vstore##N(S##N v, size_t i, __private S *p) { *(__private lb_##S##N *)(p + i * N) = v; }
+// three lanes have no vector move of their own size
+#define LB_MEMORY_THREE_SPACE(S, SPACE)                                                                                \
+    LB_INLINE S##3 lb_vload3(size_t i, const SPACE S *p) { return (S##3)(p[3 * i], p[3 * i + 1], p[3 * i + 2]); }
+#define LB_STORE_THREE_SPACE(S, SPACE)                                                                                 \
+    LB_INLINE void lb_vstore3(S##3 v, size_t i, SPACE S *p) { p[3 * i] = v.x; p[3 * i + 1] = v.y; p[3 * i + 2] = v.z; }
+#define LB_MEMORY_ALL(S)                                                                                               \
+    LB_MEMORY(S, 2) LB_MEMORY(S, 4) LB_MEMORY(S, 8) LB_MEMORY(S, 16)                                                   \
+    LB_MEMORY_THREE_SPACE(S, __global) LB_MEMORY_THREE_SPACE(S, __local)                                               \
+    LB_MEMORY_THREE_SPACE(S, __constant) LB_MEMORY_THREE_SPACE(S, __private)                                           \
+    LB_STORE_THREE_SPACE(S, __global) LB_STORE_THREE_SPACE(S, __local) LB_STORE_THREE_SPACE(S, __private)
+LB_MEMORY_ALL(float)
+LB_MEMORY_ALL(int)
+LB_MEMORY_ALL(uint)
+LB_MEMORY_ALL(uchar)
+
+LB_INLINE uint lb_popcount(uint a) { return (uint)__builtin_popcount(a); }
+LB_INLINE ulong lb_popcount(ulong a) { return (ulong)__builtin_popcountl(a); }
+LB_INLINE uint lb_clz(uint a) { return a ? (uint)__builtin_clz(a) : 32u; }
+LB_INLINE ulong lb_clz(ulong a) { return a ? (ulong)__builtin_clzl(a) : 64ul; }
+
+// the names that kernels use
+#undef min
+#undef max
+#define min lb_min
+#define max lb_max
+#define fmin lb_min
+#define fmax lb_max
+#define clamp lb_clamp
+#define mad lb_mad
+#define fma lb_fma
+#define mix lb_mix
+#define fabs lb_fabs
+#define floor lb_floor
+#define ceil lb_ceil
+#define trunc lb_trunc
+#define sqrt lb_sqrt
+#define native_sqrt lb_sqrt
+#define half_sqrt lb_sqrt
+#define rsqrt lb_rsqrt
+#define native_rsqrt lb_rsqrt
+#define half_rsqrt lb_rsqrt
+#define native_divide(a, b) ((a) / (b))
+#define native_recip(a) (1.0f / (a))
+#define dot lb_dot
+#define cross lb_cross
+#define length lb_length
+#define fast_length lb_length
+#define distance lb_distance
+#define normalize lb_normalize
+#define fast_normalize lb_normalize
+#define popcount lb_popcount
+#define clz lb_clz
+#define vload2 lb_vload2
+#define vload3 lb_vload3
+#define vload4 lb_vload4
+#define vload8 lb_vload8
+#define vload16 lb_vload16
+#define vstore2 lb_vstore2
+#define vstore3 lb_vstore3
+#define vstore4 lb_vstore4
+#define vstore8 lb_vstore8
+#define vstore16 lb_vstore16

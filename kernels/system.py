@@ -1,0 +1,177 @@
+"""The contract: what a system is, what preparing one gives, and how one frame is run and timed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.datasets_gen.surfaces import Surface, TriangleMesh
+from lodbench.kernels.device import Buffer, Device, Unsupported
+from lodbench.kernels.stages.timeline import Timeline
+
+__all__ = [
+    "View", "Frame", "Check", "Footprint", "Traffic", "DeviceSurface", "Prepared", "System", "run",
+    "Timeline", "Unsupported",
+]  # fmt: skip
+
+P = TypeVar("P")
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A camera: `eye` (3,) in model units, `world_to_clip` (4, 4) float64 (column vectors, z in -w..w), viewport in pixels."""
+
+    eye: NDArray[np.float64]
+    world_to_clip: NDArray[np.float64]
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What changes from frame to frame; never part of Params. A camera path is a sequence of these."""
+
+    view: View | None = None
+    time: float = 0.0  # s, for animated displacement
+
+
+@dataclass(frozen=True)
+class Check:
+    """Was the output right? `value` is what was measured, in the unit that `what` names; it passes up to `tolerance`."""
+
+    passed: bool
+    what: str
+    value: float
+    tolerance: float
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """Device bytes by role, and what a static vertex buffer of the same surface would hold."""
+
+    input_bytes: int = 0
+    pattern_bytes: int = 0
+    output_bytes: int = 0
+    scratch_bytes: int = 0
+    batches: int = 1
+    stored_vertices: int = 0
+    stored_bytes: int = 0  # what must stay in memory to draw the surface: geometry in, not output
+    static_vertices: int = 0
+    static_bytes: int = 0
+
+
+@dataclass(frozen=True)
+class Traffic:
+    """What a stage must move and compute at the least: for the share of the device's limits."""
+
+    bytes: int
+    flops: int = 0
+
+
+@dataclass(frozen=True)
+class DeviceSurface:
+    """The last frame's surface, on the device.
+
+    ```
+    positions, normals   float [3 * vertex_count]     packed x y z; normals may be None
+    triangles            uint  [3 * triangle_count]   explicit topology; or, with `instances` > 1, the topology of one
+                                                      primitive: instance i adds i * instance_vertices to each index
+    counts               uint  [2] on the device      live vertices, live triangles; None: all of them
+    ```
+    """
+
+    positions: Buffer
+    normals: Buffer | None
+    triangles: Buffer
+    vertex_count: int
+    triangle_count: int
+    instances: int = 1
+    instance_vertices: int = 0
+    counts: Buffer | None = None
+
+
+class Prepared(Protocol):
+    """Inputs uploaded, programs built, every launch shape warmed.
+
+    A device subject neither allocates nor loops over elements on the host after this.
+    """
+
+    @property
+    def setup(self) -> Timeline:
+        """Build, first launch, upload ...: seconds each, and whether it came from a cache."""
+        ...
+
+    @property
+    def output(self) -> DeviceSurface | None:
+        """The last frame's surface; None for subjects that do not leave one on the device."""
+        ...
+
+    def enqueue(self, frame: Frame, timeline: Timeline) -> None:
+        """All stages of one frame; never waits. Host and GL subjects do their work here."""
+        ...
+
+    def result(self) -> Sequence[TriangleMesh]:
+        """The last frame's meshes, read back, untimed; several for a level chain."""
+        ...
+
+    def check(self) -> Check:
+        """The last frame's output against the float64 reference, or a peer's against what it promises."""
+        ...
+
+    def counters(self) -> Mapping[str, int | float]:
+        """Vertices, triangles, cells ...: what the frame made, by name."""
+        ...
+
+    def footprint(self) -> Footprint:
+        """Memory by role."""
+        ...
+
+    def traffic(self) -> Mapping[str, Traffic]:
+        """Per stage: bytes that must move and flops that must be done."""
+        ...
+
+
+@dataclass(frozen=True)
+class System(Generic[P]):
+    """A subject under test.
+
+    Attributes:
+        name: the folder's name.
+        family: the parent folder's name.
+        source: paper and section, or the package that is wrapped.
+        takes: the surface types that `prepare` accepts.
+        prepare: (device, surface, params) -> Prepared; raises `Unsupported` where the device cannot.
+        cases: named parameter sets; the first is the default.
+        runs_on: "device" or "host" ("gl" for an OpenGL driver); host subjects have wall time only.
+    """
+
+    name: str
+    family: str
+    source: str
+    takes: tuple[type, ...]
+    prepare: Callable[[Device, Any, P], Prepared]
+    cases: Mapping[str, P]
+    runs_on: str = "device"
+    notes: str = field(default="")
+
+
+def run(
+    device: Device,
+    prepared: Prepared,
+    frame: Frame = Frame(),  # noqa: B008  frozen
+    raster: Callable[[DeviceSurface, Frame, Timeline], None] | None = None,
+) -> Timeline:
+    """One frame: enqueue, optional raster and shading, wait once; device seconds per stage and wall seconds."""
+    timeline = Timeline()
+    start = time.perf_counter()
+    prepared.enqueue(frame, timeline)
+    if raster is not None and prepared.output is not None:
+        raster(prepared.output, frame, timeline)
+    device.wait()
+    timeline.wall_s = time.perf_counter() - start
+    return timeline.collect()

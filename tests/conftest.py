@@ -1,0 +1,23 @@
+import os
+from pathlib import Path
+
+import pytest
+from lodbench.kernels.device import Device, DeviceError
+
+
+@pytest.fixture(scope="session")
+def device():
+    """The default device, shared by all tests: opening one costs a second."""
+    try:
+        return Device.open()
+    except DeviceError as error:
+        pytest.fail(str(error))
+
+
+@pytest.fixture(scope="session")
+def data_folder():
+    """The folder of real models, or a skip: everything must also work without it."""
+    folder = os.environ.get("LODBENCH_DATA")
+    if not folder or not Path(folder).is_dir():
+        pytest.skip("LODBENCH_DATA is not set to a folder of real models")
+    return Path(folder)

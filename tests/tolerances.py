@@ -1,0 +1,12 @@
+"""Named tolerances, each with the reason for its size."""
+
+import numpy as np
+
+EPSILON32 = float(np.finfo(np.float32).eps)
+"""One unit in the last place at 1.0, float32."""
+
+ROUNDING32 = 16 * EPSILON32
+"""A short float32 expression against float64: a dozen roundings, relative to the largest operand."""
+
+UNIT_LENGTH = 8 * EPSILON32
+"""A normalised float32 vector's length against 1: three squares, a root and a division."""
