@@ -251,7 +251,7 @@ class Program:
             kernel: the kernel's name.
             items: work-items, 1-D or 2-D; padded to whole work-groups, so the kernel checks its bounds.
             stage: the stage that its seconds count towards.
-            local: work-group size; None takes the device's fixed one. Kernels with barriers or `reqd_work_group_size` give theirs.
+            local: work-group size; None takes the device's fixed one. Kernels with barriers give theirs.
             **arguments: a `Buffer` per pointer, bytes per `__local` pointer, a number or tuple per value.
 
         Raises:
@@ -529,7 +529,7 @@ class Device:
     def read(self, buffer: Buffer, rows: int | None = None) -> NDArray[Any]:
         """The buffer's content, or its first `rows` rows, once all that was enqueued is done."""
         shape = buffer.shape if rows is None else (rows, *buffer.shape[1:])
-        result = np.empty(shape, buffer.dtype)  # noqa: NPY  filled by the copy below
+        result = np.empty(shape, buffer.dtype)
         if result.size:
             self._cl.enqueue_copy(self.queue, result, buffer.memory, is_blocking=True)
         else:

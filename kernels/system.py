@@ -10,7 +10,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.datasets_gen.surfaces import Surface, TriangleMesh
+from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.device import Buffer, Device, Unsupported
 from lodbench.kernels.stages.timeline import Timeline
 
@@ -24,7 +24,10 @@ P = TypeVar("P")
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A camera: `eye` (3,) in model units, `world_to_clip` (4, 4) float64 (column vectors, z in -w..w), viewport in pixels."""
+    """A camera.
+
+    `eye` (3,) in model units, `world_to_clip` (4, 4) float64 (column vectors, z in -w..w), viewport in pixels.
+    """
 
     eye: NDArray[np.float64]
     world_to_clip: NDArray[np.float64]
@@ -42,7 +45,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Check:
-    """Was the output right? `value` is what was measured, in the unit that `what` names; it passes up to `tolerance`."""
+    """Was the output right? `value` is what was measured, in the unit that `what` names."""
 
     passed: bool
     what: str
@@ -163,7 +166,7 @@ class System(Generic[P]):
 def run(
     device: Device,
     prepared: Prepared,
-    frame: Frame = Frame(),  # noqa: B008  frozen
+    frame: Frame = Frame(),
     raster: Callable[[DeviceSurface, Frame, Timeline], None] | None = None,
 ) -> Timeline:
     """One frame: enqueue, optional raster and shading, wait once; device seconds per stage and wall seconds."""
