@@ -1,0 +1,1 @@
+"""Systems by datasets, measured: registry, timing, records, tables, command line."""

@@ -1,0 +1,107 @@
+"""Every system and baseline there is, found by walking the packages; importing one never touches a device."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import pkgutil
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+import lodbench.kernels
+from lodbench.kernels.system import System
+
+BASELINES = "lodbench.harness.baselines"
+
+
+@dataclass(frozen=True)
+class Registry:
+    """`systems` by name; `missing` says why a folder that should hold one could not be imported."""
+
+    systems: dict[str, System[Any]] = field(default_factory=dict)
+    missing: dict[str, str] = field(default_factory=dict)
+
+
+def _packages(name: str) -> Iterator[str]:
+    """Full names of the packages and modules directly inside package `name`."""
+    try:
+        package = importlib.import_module(name)
+    except ModuleNotFoundError:
+        return
+    for found in pkgutil.iter_modules(package.__path__):
+        if not found.name.startswith("_"):
+            yield f"{name}.{found.name}"
+
+
+def _candidates() -> Iterator[str]:
+    for family in pkgutil.iter_modules(lodbench.kernels.__path__):
+        if family.ispkg:
+            yield from _packages(f"lodbench.kernels.{family.name}")
+    yield from _packages(BASELINES)
+
+
+@cache
+def registry() -> Registry:
+    """All that was found, in the order of the folders' names; the walk is done once.
+
+    Raises:
+        ValueError: two folders declare the same name.
+    """
+    found = Registry()
+    for module_name in _candidates():
+        name = module_name.rsplit(".", 1)[1]
+        try:
+            module = importlib.import_module(module_name)
+        except ImportError as error:  # an optional package; anything else is a fault and is shown
+            found.missing[name] = str(error)
+            continue
+        system = getattr(module, "SYSTEM", None)
+        if not isinstance(system, System):
+            continue
+        if system.name in found.systems:
+            raise ValueError(f"{module_name}: expected a new name, got {system.name!r} again")
+        found.systems[system.name] = system
+    return found
+
+
+def systems() -> dict[str, System[Any]]:
+    """Every system and baseline that can be imported here, by name."""
+    return registry().systems
+
+
+def closest(argument: str, got: str, names: Iterable[str]) -> str:
+    """The text of an error about an unknown name: the nearest names, or all when none is near."""
+    names = sorted(names)
+    near = difflib.get_close_matches(got, names, n=3, cutoff=0.5)
+    near += [name for name in names if got and got in name and name not in near]
+    expected = f"did you mean {' or '.join(near)}?" if near else f"expected one of {names}"
+    return f"{argument}: {expected} got {got!r}" if near else f"{argument}: {expected}, got {got!r}"
+
+
+def system(name: str) -> System[Any]:
+    """The system of this name.
+
+    Raises:
+        ValueError: no such system; names close to it are in the text.
+    """
+    found = registry()
+    if name in found.systems:
+        return found.systems[name]
+    if name in found.missing:
+        raise ValueError(f"system: {name} cannot be used here: {found.missing[name]}")
+    raise ValueError(closest("system", name, [*found.systems, *found.missing]))
+
+
+def case(owner: System[Any], name: str | None = None) -> Any:
+    """A named parameter set of `owner`, or its first.
+
+    Raises:
+        ValueError: no such case.
+    """
+    if name is None:
+        return next(iter(owner.cases.values()))
+    if name not in owner.cases:
+        raise ValueError(closest(f"case of {owner.name}", name, owner.cases))
+    return owner.cases[name]
