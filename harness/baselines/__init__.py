@@ -1,1 +1,1 @@
-"""What people would use instead, behind the same contract: no kernels here."""
+"""What people would use instead: subjects on the host, and peers from PyPI, under the same contract."""
