@@ -1,0 +1,46 @@
+# make setup | report | test | lint | types | bench | wheel | clean
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.PHONY: help setup report test lint types bench wheel clean
+
+help:
+	@echo "make setup    a virtual environment in $(VENV) with everything that tests and reports need"
+	@echo "make report   set up, run the quick tables and leave report.html"
+	@echo "make test     set up and run the tests (LODBENCH_DATA=folder adds those on real models)"
+	@echo "make lint     ruff, on code and formatting"
+	@echo "make types    pyright"
+	@echo "make bench    all tables at full size, into results/"
+	@echo "make wheel    build the wheel and the source distribution"
+
+setup: $(READY)
+
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[report,datasets,dev,gl]"
+	@touch $@
+
+report: $(READY)
+	$(BIN)/lodbench reproduce --quick
+
+test: $(READY)
+	$(BIN)/python -m pytest
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(READY)
+	$(BIN)/pyright
+
+bench: $(READY)
+	$(BIN)/lodbench reproduce
+
+wheel: $(READY) clean
+	$(BIN)/python -m build
+
+clean:
+	rm -rf build dist *.egg-info

@@ -1,0 +1,207 @@
+"""Buffers, and kernels bound to their arguments by the names that their source gives them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lodbench.kernels.stages.timeline import Timeline
+
+if TYPE_CHECKING:
+    from lodbench.kernels.device import Device
+
+
+@dataclass(eq=False)
+class Buffer:
+    """Device memory of one array, with the name, shape and dtype that a kernel's argument is checked against."""
+
+    name: str
+    shape: tuple[int, ...]
+    dtype: np.dtype
+    memory: Any
+    _release: Callable[[int], None]
+
+    @property
+    def size_bytes(self) -> int:
+        return max(int(np.prod(self.shape, dtype=np.int64)) * self.dtype.itemsize, 1)
+
+    def release(self) -> None:
+        """Give the memory back to the device's pool."""
+        if self.memory is not None:
+            self.memory.release()
+            self.memory = None
+            self._release(self.size_bytes)
+
+    def __del__(self) -> None:
+        try:
+            self.release()
+        except Exception:  # the interpreter or the driver is going away; nothing is left to free
+            self.memory = None
+
+
+@dataclass(frozen=True)
+class _Parameter:
+    """One parameter of a kernel, read from its source: `scalar` is the numpy dtype of one lane."""
+
+    name: str
+    space: str  # "global", "constant", "local" or "" for a value
+    scalar: np.dtype
+    lanes: int
+
+
+_SCALARS = {
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
+    "long": "i8", "ulong": "u8", "float": "f4", "double": "f8", "half": "f2",
+}  # fmt: skip
+_KERNEL = re.compile(
+    r"__kernel\s+(?:__attribute__\s*\(\(.*?\)\)\s*)*void\s+(\w+)\s*\(([^)]*)\)", re.S
+)
+_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.S)
+_TYPE = re.compile(r"\b(" + "|".join(_SCALARS) + r")(2|3|4|8|16)?\b")
+
+
+def kernel_parameters(source: str) -> dict[str, tuple[_Parameter, ...]]:
+    """Every kernel of an OpenCL C source with its parameters, in order."""
+    found = {}
+    for name, inside in _KERNEL.findall(_COMMENT.sub(" ", source)):
+        parameters = []
+        for text in filter(None, (part.strip() for part in inside.split(","))):
+            kind = _TYPE.search(text)
+            words = re.findall(r"\w+", text)
+            if kind is None:
+                raise ValueError(f"{name}: expected a built-in scalar or vector type, got {text!r}")
+            space = next((s for s in ("global", "constant", "local") if f"__{s}" in words), "")
+            lanes = int(kind[2] or 1)
+            parameters.append(_Parameter(words[-1], space, np.dtype(_SCALARS[kind[1]]), lanes))
+        found[name] = tuple(parameters)
+    return found
+
+
+class Launch:
+    """One kernel with its arguments set, ready to be enqueued any number of times."""
+
+    def __init__(
+        self,
+        device: Device,
+        kernel: Any,
+        parameters: tuple[_Parameter, ...],
+        stage: str,
+        items: int | tuple[int, int],
+        local: tuple[int, ...],
+        arguments: Mapping[str, Any],
+    ) -> None:
+        self.stage = stage
+        self._device = device
+        self._kernel = kernel
+        self._position = {p.name: (i, p) for i, p in enumerate(parameters)}
+        self._held: dict[str, Any] = {}  # buffers stay alive as long as the launch
+        self._local = local
+        self.items = items
+        missing = sorted(set(self._position) - set(arguments))
+        if missing:
+            raise TypeError(
+                f"{kernel.function_name}: expected arguments {missing}, got none of them"
+            )
+        self.set(**arguments)
+
+    @property
+    def items(self) -> tuple[int, ...]:
+        """Work-items asked for; the launch is padded to whole work-groups."""
+        return self._items
+
+    @items.setter
+    def items(self, items: int | tuple[int, ...]) -> None:
+        self._items = (items,) if isinstance(items, int | np.integer) else tuple(items)
+        self._global = tuple(
+            max(-(-int(n) // size), 1) * size
+            for n, size in zip(self._items, self._local, strict=True)
+        )
+
+    def set(self, **arguments: Any) -> None:
+        """Set arguments by name: a `Buffer` for a pointer, a number or a short tuple for a value."""
+        for name, value in arguments.items():
+            if name not in self._position:
+                expected = ", ".join(self._position)
+                raise TypeError(
+                    f"{self._kernel.function_name}: expected one of {expected}, got {name}"
+                )
+            index, parameter = self._position[name]
+            self._kernel.set_arg(index, self._argument(parameter, value))
+            self._held[name] = value
+
+    def _argument(self, parameter: _Parameter, value: Any) -> Any:
+        where = f"{self._kernel.function_name}: {parameter.name}"
+        if parameter.space == "local":
+            return self._device.cl.LocalMemory(int(value))
+        if parameter.space:
+            if not isinstance(value, Buffer):
+                raise TypeError(f"{where}: expected a Buffer, got {type(value).__name__}")
+            if value.dtype.itemsize != parameter.scalar.itemsize or (
+                (value.dtype.kind == "f") != (parameter.scalar.kind == "f")
+            ):
+                raise TypeError(
+                    f"{where}: expected {parameter.scalar}, got {value.name} of {value.dtype}"
+                )
+            return value.memory
+        if parameter.lanes == 1:
+            info = np.iinfo(parameter.scalar) if parameter.scalar.kind in "iu" else None
+            if info is not None and not info.min <= int(value) <= info.max:
+                raise ValueError(f"{where}: expected {info.min} to {info.max}, got {value}")
+            return parameter.scalar.type(value)
+        lanes = 4 if parameter.lanes == 3 else parameter.lanes
+        vector = np.zeros(lanes, parameter.scalar)
+        vector[: parameter.lanes] = value
+        return vector
+
+    def __call__(self, timeline: Timeline) -> Any:
+        """Enqueue; never waits. Returns the event, which `timeline` also keeps under the launch's stage."""
+        cl = self._device.cl
+        event = cl.enqueue_nd_range_kernel(
+            self._device.queue, self._kernel, self._global, self._local
+        )
+        timeline.add(self.stage, event)
+        return event
+
+
+class Program:
+    """A built program: its kernels become launches."""
+
+    def __init__(self, device: Device, program: Any, source: str) -> None:
+        self._device = device
+        self._program = program
+        self.kernels = kernel_parameters(source)
+
+    def launch(
+        self,
+        kernel: str,
+        items: int | tuple[int, int],
+        *,
+        stage: str,
+        local: int | tuple[int, ...] | None = None,
+        **arguments: Any,
+    ) -> Launch:
+        """A kernel bound to its arguments, given by the names that its source gives them.
+
+        Args:
+            kernel: the kernel's name.
+            items: work-items, 1-D or 2-D; padded to whole work-groups, so the kernel checks its bounds.
+            stage: the stage that its seconds count towards.
+            local: work-group size; None takes the device's fixed one. Kernels with barriers give theirs.
+            **arguments: a `Buffer` per pointer, bytes per `__local` pointer, a number or tuple per value.
+
+        Raises:
+            TypeError: an argument missing, unknown or of another dtype than the kernel's parameter.
+            ValueError: a value out of its integer type's range.
+        """
+        if kernel not in self.kernels:
+            raise ValueError(f"kernel: expected one of {', '.join(self.kernels)}, got {kernel}")
+        dimensions = 1 if isinstance(items, int | np.integer) else len(items)
+        if local is None:
+            local = (self._device.local_size,) + (1,) * (dimensions - 1)
+        sizes = (local,) if isinstance(local, int) else tuple(local)
+        made = self._device.cl.Kernel(self._program, kernel)
+        return Launch(self._device, made, self.kernels[kernel], stage, items, sizes, arguments)

@@ -1,0 +1,152 @@
+"""The mechanical part of the conventions: names, headers, mirrors, direction of imports, sizes."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+from lodbench.harness.registry import systems
+from lodbench.kernels.program import kernel_parameters
+
+ROOT = Path(__file__).parents[1]
+KERNEL_FILES = sorted((ROOT / "kernels").rglob("*.cl"))
+PYTHON_FILES = sorted(
+    path
+    for folder in ("datasets_gen", "kernels", "harness")
+    for path in (ROOT / folder).rglob("*.py")
+)
+SYSTEM_FOLDERS = sorted(
+    path.parent
+    for path in (ROOT / "kernels").glob("*/*/host.py")
+    if (path.parent / "__init__.py").exists()
+)
+UPSTREAM = {
+    "datasets_gen": ("lodbench.kernels", "lodbench.harness"),
+    "kernels": ("lodbench.harness",),
+}
+
+
+def header(source: str) -> list[str]:
+    lines = []
+    for line in source.splitlines():
+        if not line.startswith("//"):
+            break
+        lines.append(line)
+    return lines
+
+
+def short(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("path", KERNEL_FILES, ids=short)
+def test_kernel_file_header_names_source_work_and_real_arguments(path):
+    source = path.read_text()
+    lines = header(source)
+    assert lines, "a kernel file opens with its header"
+    keys = [match[1] for line in lines if (match := re.match(r"// (\w+) {2,}\S", line))]
+    for key in ("Source", "Work", "Reads", "Writes"):
+        assert key in keys, f"header line {key} is missing"
+    parameters = {p.name for kernel in kernel_parameters(source).values() for p in kernel}
+    if not parameters:
+        return
+    section = None
+    for line in lines:
+        if match := re.match(r"// (\w+) {2,}\S", line):
+            section = match[1]
+        named = re.match(r"// (?:\w+)? {2,}(\w+) {2,}\w+ *\[", line)
+        if section in ("Reads", "Writes") and named:
+            assert named[1] in parameters, f"{named[1]} is no argument of a kernel in this file"
+
+
+@pytest.mark.parametrize("path", KERNEL_FILES, ids=short)
+def test_kernel_names_start_with_system_and_stage(path):
+    folder = path.parent.name
+    for name in kernel_parameters(path.read_text()):
+        if folder == "common":
+            assert path.name == "probe.cl", "common/ holds device functions, no kernels"
+        elif folder == "stages":
+            assert name.startswith(f"stages_{path.stem}"), (
+                f"expected stages_{path.stem}[_step], got {name}"
+            )
+        else:
+            assert name.startswith(f"{folder}_{path.stem}"), (
+                f"expected {folder}_{path.stem}[_step], got {name}"
+            )
+
+
+def test_kernel_names_are_unique():
+    names = [name for path in KERNEL_FILES for name in kernel_parameters(path.read_text())]
+    assert len(names) == len(set(names))
+
+
+def test_every_system_folder_is_registered_under_its_own_name():
+    registered = systems()
+    for folder in SYSTEM_FOLDERS:
+        assert folder.name in registered, f"{folder.name} has a host.py but no SYSTEM"
+        assert registered[folder.name].family == folder.parent.name
+        assert registered[folder.name].cases, "at least one named case"
+        assert registered[folder.name].source, "paper and section"
+
+
+def test_registry_finds_no_system_without_a_folder():
+    folders = {path.parent.name for path in (ROOT / "kernels").glob("*/*/__init__.py")}
+    folders |= {path.parent.name for path in (ROOT / "harness/baselines").rglob("__init__.py")}
+    assert set(systems()) <= folders
+
+
+@pytest.mark.parametrize("folder", SYSTEM_FOLDERS, ids=short)
+def test_system_folder_has_its_files_and_its_mirror_test(folder):
+    assert (folder / "reference.py").exists()
+    family = folder.parent.name
+    assert (ROOT / "tests/kernels" / family / f"test_{folder.name}.py").exists()
+
+
+@pytest.mark.parametrize("path", PYTHON_FILES, ids=short)
+def test_imports_go_one_way(path):
+    forbidden = UPSTREAM.get(path.relative_to(ROOT).parts[0], ())
+    tree = ast.parse(path.read_text())
+    for node in ast.walk(tree):
+        names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "absolute imports everywhere"
+            names = [node.module or ""]
+        for name in names:
+            assert not name.startswith(forbidden), f"{short(path)} imports upstream {name}"
+            assert name.split(".")[0] not in UPSTREAM | {"harness": ()}, (
+                f"import lodbench.{name}, not {name}"
+            )
+
+
+@pytest.mark.parametrize("path", PYTHON_FILES + KERNEL_FILES, ids=short)
+def test_file_is_short_or_gives_its_reason(path):
+    text = path.read_text()
+    limit = 300 if path.suffix == ".py" else 200
+    if len(text.splitlines()) > limit:
+        assert re.search(r"(?i)long because", "\n".join(text.splitlines()[:12])), (
+            f"over {limit} lines: split it, or say `long because ...` at the top"
+        )
+
+
+def test_dataset_makers_use_no_opencl():
+    for path in (ROOT / "datasets_gen").rglob("*.py"):
+        assert "pyopencl" not in path.read_text()
+
+
+def test_only_the_device_layer_imports_pyopencl():
+    allowed = {"kernels/device.py", "harness/doctor.py", "harness/record.py"}
+    users = {
+        short(path)
+        for path in PYTHON_FILES
+        if re.search(r"^\s*(import|from) pyopencl", path.read_text(), re.M)
+    }
+    assert users <= allowed
+
+
+@pytest.mark.parametrize("folder", ["kernels", "harness/baselines"])
+def test_families_and_systems_have_an_init(folder):
+    for path in (ROOT / folder).rglob("*.py"):
+        assert (path.parent / "__init__.py").exists(), (
+            f"a walk skips {short(path.parent)}: no __init__.py"
+        )
