@@ -24,14 +24,32 @@ class Buffer:
     dtype: np.dtype
     memory: Any
     _release: Callable[[int], None]
+    _owner: Buffer | None = None  # of a view: who holds the memory, and gives it back
 
     @property
     def size_bytes(self) -> int:
         return max(int(np.prod(self.shape, dtype=np.int64)) * self.dtype.itemsize, 1)
 
+    def view(self, shape: int | tuple[int, ...], dtype: Any) -> Buffer:
+        """The same memory as another type or shape; it lives as long as its last view.
+
+        Raises:
+            ValueError: more bytes than the buffer has.
+        """
+        shape = (shape,) if isinstance(shape, int | np.integer) else tuple(int(n) for n in shape)
+        viewed = Buffer(self.name, shape, np.dtype(dtype), self.memory, self._release, self)
+        if viewed.size_bytes > self.size_bytes:
+            raise ValueError(
+                f"{self.name}: expected a view of at most {self.size_bytes} bytes, "
+                f"got {viewed.size_bytes}"
+            )
+        return viewed
+
     def release(self) -> None:
         """Give the memory back to the device's pool."""
-        if self.memory is not None:
+        if self._owner is not None:
+            self.memory = self._owner = None
+        elif self.memory is not None:
             self.memory.release()
             self.memory = None
             self._release(self.size_bytes)
