@@ -37,20 +37,51 @@ LB_FLOAT(float) LB_FLOAT(float2) LB_FLOAT(float3) LB_FLOAT(float4) LB_FLOAT(floa
 #define LB_MIX_SCALAR(V) LB_INLINE V lb_mix(V a, V b, float t) { return a + (b - a) * t; }
 LB_MIX_SCALAR(float2) LB_MIX_SCALAR(float3) LB_MIX_SCALAR(float4) LB_MIX_SCALAR(float8) LB_MIX_SCALAR(float16)
 
-// fma keeps its single rounding, lane by lane
+// fma keeps its single rounding, and root its one instruction, lane by lane: all lanes in one list, since the compiler
+// makes full-width instructions of a list and half-width ones of two halves
 LB_INLINE float lb_fma(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
 LB_INLINE float2 lb_fma(float2 a, float2 b, float2 c) { return (float2)(lb_fma(a.x, b.x, c.x), lb_fma(a.y, b.y, c.y)); }
 LB_INLINE float3 lb_fma(float3 a, float3 b, float3 c) { return (float3)(lb_fma(a.xy, b.xy, c.xy), lb_fma(a.z, b.z, c.z)); }
-LB_INLINE float4 lb_fma(float4 a, float4 b, float4 c) { return (float4)(lb_fma(a.xy, b.xy, c.xy), lb_fma(a.zw, b.zw, c.zw)); }
-LB_INLINE float8 lb_fma(float8 a, float8 b, float8 c) { return (float8)(lb_fma(a.lo, b.lo, c.lo), lb_fma(a.hi, b.hi, c.hi)); }
-LB_INLINE float16 lb_fma(float16 a, float16 b, float16 c) { return (float16)(lb_fma(a.lo, b.lo, c.lo), lb_fma(a.hi, b.hi, c.hi)); }
+LB_INLINE float4 lb_fma(float4 a, float4 b, float4 c)
+{
+    return (float4)(__builtin_fmaf(a.s0, b.s0, c.s0), __builtin_fmaf(a.s1, b.s1, c.s1),
+        __builtin_fmaf(a.s2, b.s2, c.s2), __builtin_fmaf(a.s3, b.s3, c.s3));
+}
+LB_INLINE float8 lb_fma(float8 a, float8 b, float8 c)
+{
+    return (float8)(__builtin_fmaf(a.s0, b.s0, c.s0), __builtin_fmaf(a.s1, b.s1, c.s1),
+        __builtin_fmaf(a.s2, b.s2, c.s2), __builtin_fmaf(a.s3, b.s3, c.s3), __builtin_fmaf(a.s4, b.s4, c.s4),
+        __builtin_fmaf(a.s5, b.s5, c.s5), __builtin_fmaf(a.s6, b.s6, c.s6), __builtin_fmaf(a.s7, b.s7, c.s7));
+}
+LB_INLINE float16 lb_fma(float16 a, float16 b, float16 c)
+{
+    return (float16)(__builtin_fmaf(a.s0, b.s0, c.s0), __builtin_fmaf(a.s1, b.s1, c.s1),
+        __builtin_fmaf(a.s2, b.s2, c.s2), __builtin_fmaf(a.s3, b.s3, c.s3), __builtin_fmaf(a.s4, b.s4, c.s4),
+        __builtin_fmaf(a.s5, b.s5, c.s5), __builtin_fmaf(a.s6, b.s6, c.s6), __builtin_fmaf(a.s7, b.s7, c.s7),
+        __builtin_fmaf(a.s8, b.s8, c.s8), __builtin_fmaf(a.s9, b.s9, c.s9), __builtin_fmaf(a.sa, b.sa, c.sa),
+        __builtin_fmaf(a.sb, b.sb, c.sb), __builtin_fmaf(a.sc, b.sc, c.sc), __builtin_fmaf(a.sd, b.sd, c.sd),
+        __builtin_fmaf(a.se, b.se, c.se), __builtin_fmaf(a.sf, b.sf, c.sf));
+}
 
 LB_INLINE float lb_sqrt(float a) { return __builtin_sqrtf(a); }
 LB_INLINE float2 lb_sqrt(float2 a) { return (float2)(lb_sqrt(a.x), lb_sqrt(a.y)); }
 LB_INLINE float3 lb_sqrt(float3 a) { return (float3)(lb_sqrt(a.x), lb_sqrt(a.y), lb_sqrt(a.z)); }
-LB_INLINE float4 lb_sqrt(float4 a) { return (float4)(lb_sqrt(a.xy), lb_sqrt(a.zw)); }
-LB_INLINE float8 lb_sqrt(float8 a) { return (float8)(lb_sqrt(a.lo), lb_sqrt(a.hi)); }
-LB_INLINE float16 lb_sqrt(float16 a) { return (float16)(lb_sqrt(a.lo), lb_sqrt(a.hi)); }
+LB_INLINE float4 lb_sqrt(float4 a)
+{
+    return (float4)(__builtin_sqrtf(a.s0), __builtin_sqrtf(a.s1), __builtin_sqrtf(a.s2), __builtin_sqrtf(a.s3));
+}
+LB_INLINE float8 lb_sqrt(float8 a)
+{
+    return (float8)(__builtin_sqrtf(a.s0), __builtin_sqrtf(a.s1), __builtin_sqrtf(a.s2), __builtin_sqrtf(a.s3),
+        __builtin_sqrtf(a.s4), __builtin_sqrtf(a.s5), __builtin_sqrtf(a.s6), __builtin_sqrtf(a.s7));
+}
+LB_INLINE float16 lb_sqrt(float16 a)
+{
+    return (float16)(__builtin_sqrtf(a.s0), __builtin_sqrtf(a.s1), __builtin_sqrtf(a.s2), __builtin_sqrtf(a.s3),
+        __builtin_sqrtf(a.s4), __builtin_sqrtf(a.s5), __builtin_sqrtf(a.s6), __builtin_sqrtf(a.s7),
+        __builtin_sqrtf(a.s8), __builtin_sqrtf(a.s9), __builtin_sqrtf(a.sa), __builtin_sqrtf(a.sb),
+        __builtin_sqrtf(a.sc), __builtin_sqrtf(a.sd), __builtin_sqrtf(a.se), __builtin_sqrtf(a.sf));
+}
 #define LB_RSQRT(T) LB_INLINE T lb_rsqrt(T a) { return (T)(1.0f) / lb_sqrt(a); }
 LB_RSQRT(float) LB_RSQRT(float2) LB_RSQRT(float3) LB_RSQRT(float4) LB_RSQRT(float8) LB_RSQRT(float16)
 
