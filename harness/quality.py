@@ -160,11 +160,11 @@ def topology(mesh: TriangleMesh) -> dict[str, int]:
     whole = (a != b) & (b != c) & (c != a)
     t = t if whole.all() else t[whole]
     edges = _directed_edges(t)
-    same = edges >> 1
+    same: NDArray[np.uint64] = edges >> np.uint64(1)
     first = np.flatnonzero(np.append(True, same[1:] != same[:-1])[: len(same)])
     uses = np.diff(np.append(first, len(same)))
     pairs = first[uses == 2]
-    unique = same[first]
+    unique: NDArray[np.uint64] = same[first]
     components, used = _components(unique, mesh.vertex_count)
     return {
         "open_edges": int((uses == 1).sum()),

@@ -1,0 +1,72 @@
+"""pyfqmr: the same sweeps of edge collapses as fast-simplification, another binding; no independent peer.
+
+Source: PyPI package pyfqmr (Forstmann's Fast-Quadric-Mesh-Simplification, after Garland & Heckbert 1997).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.harness.baselines.host import HostPrepared
+from lodbench.harness.baselines.simplifier import Target, at_most, meshes, peer
+from lodbench.kernels.device import Device
+from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.system import System
+
+
+@dataclass(frozen=True, kw_only=True)
+class Params(Target):
+    """`aggressiveness`: exponent of the threshold's growth; `preserve_border`: open edges stay."""
+
+    aggressiveness: float = 7
+    preserve_border: bool = False
+
+
+def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
+    """Arrays in the dtypes that the package keeps; handing them over is part of the call.
+
+    Raises:
+        Unsupported: the package is not installed.
+    """
+    package = peer("pyfqmr", "pip install pyfqmr")
+    setup = Timeline()
+    with setup.host("upload"):
+        points = mesh.positions.astype(np.float64)
+        faces = mesh.triangles.astype(np.int32)
+    target = params.triangles(mesh)
+
+    def call(_):
+        if target >= len(faces):
+            return points, faces
+        simplifier = package.Simplify()
+        simplifier.setMesh(points, faces)
+        simplifier.simplify_mesh(
+            target_count=target,
+            aggressiveness=params.aggressiveness,
+            preserve_border=params.preserve_border,
+            verbose=False,
+        )
+        return simplifier.getMesh()[:2]
+
+    return HostPrepared(
+        device,
+        call,
+        read=lambda output: meshes(*output),
+        judge=at_most(target, slack=0.0),
+        setup=setup,
+        input_bytes=points.nbytes + faces.nbytes,
+    )
+
+
+SYSTEM = System(
+    name="pyfqmr",
+    family="baselines",
+    source="PyPI pyfqmr; Garland & Heckbert 1997",
+    takes=(TriangleMesh,),
+    prepare=prepare,
+    cases={"default": Params()},
+    runs_on="host",
+)
