@@ -81,15 +81,15 @@ def _located(reference: TriangleMesh) -> _Located:
 
 
 def measure(
-    reference: TriangleMesh, result: TriangleMesh, samples: int = 100_000, seed: int = 0
+    reference: TriangleMesh, result: TriangleMesh, seed: int = 0, *, samples: int = 100_000
 ) -> dict[str, float | int | None]:
-    """Distances between two surfaces, and the triangles that were turned over.
+    """Distances between two surfaces, the triangles that were turned over, and the result's topology.
 
     Args:
         reference: the input; distances are fractions of its bounding-box diagonal.
         result: what was made of it, in the same units.
-        samples: points per direction, spread by area.
         seed: of the samples: same seed, same figures.
+        samples: points per direction, spread by area.
 
     Returns:
         `rms_error`: root of the mean squared distance from the reference's samples to the result.
@@ -100,6 +100,7 @@ def measure(
             error this may be the sheet's other side. None above 1,000,000 triangles.
         `error_samples`: samples per direction. `error_vertices`: vertices tested, at most 1,000,000 per mesh.
         All errors are 0 when both meshes have no triangles, and None when one of them has none.
+        And what `topology` counts in the result.
 
     Raises:
         Unsupported: libigl is not installed.
@@ -114,7 +115,7 @@ def measure(
         error = 0.0 if reference.triangle_count == result.triangle_count else None
         return {
             "rms_error": error, "rms_error_back": error, "max_error": error,
-            "flipped_triangles": 0, "error_samples": 0, "error_vertices": 0,
+            "flipped_triangles": 0, "error_samples": 0, "error_vertices": 0, **topology(result),
         }  # fmt: skip
     rng = np.random.default_rng(seed)
     there, here = _located(reference), _Located(result, _frame(reference))
@@ -137,6 +138,7 @@ def measure(
         "flipped_triangles": flipped,
         "error_samples": samples,
         "error_vertices": tested,
+        **topology(result),
     }
 
 
