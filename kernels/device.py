@@ -1,10 +1,9 @@
-"""Open a device, build programs, hold buffers: the only file that imports pyopencl."""
+"""A device: its queue, its pool of memory and the programs built for it."""
 
 from __future__ import annotations
 
 import os
 import re
-import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,29 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lodbench.kernels import facts
+from lodbench.kernels.driver import DeviceError, Unsupported, choose_device, list_devices, opencl
 from lodbench.kernels.program import Buffer, Program
 from lodbench.kernels.stages.timeline import Timeline
+
+__all__ = ["Device", "DeviceError", "Unsupported", "list_devices"]
 
 KERNELS = Path(__file__).parent
 PRELUDE = "common/prelude.cl"
 LOCAL_SIZE = 64  # one fixed size: the driver's own choice would compile anew for every mesh size
-
-
-class Unsupported(RuntimeError):
-    """This device cannot do what was asked: "needs ..., device has ..."."""
-
-
-class DeviceError(RuntimeError):
-    """The driver refused or failed; the text says what to look at."""
-
-
-def _opencl() -> Any:
-    """pyopencl, imported when a device is first wanted and never before."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        import pyopencl
-    warnings.filterwarnings("ignore", category=pyopencl.CompilerWarning)
-    return pyopencl
 
 
 class Device:
@@ -49,7 +34,7 @@ class Device:
         local_size: int | None = None,
         one_core: bool = False,
     ) -> None:
-        cl = self.cl = _opencl()
+        cl = self.cl = opencl()
         self.handle = device
         self.context = cl.Context([device])
         properties = cl.command_queue_properties.PROFILING_ENABLE
@@ -99,32 +84,9 @@ class Device:
         Raises:
             DeviceError: no driver, no such device, or the device cannot be split.
         """
-        found = list_devices()
-        wanted = name or os.environ.get("LODBENCH_DEVICE") or ""
-        labels = "; ".join(f"{index} {platform}: {device}" for index, platform, device, _ in found)
-        if not found:
-            raise DeviceError("device: expected an OpenCL driver, got none; run `lodbench doctor`")
-        if wanted:
-            text = wanted.lower()
-            matches = [
-                handle
-                for index, platform, device, handle in found
-                if text == index
-                or (not re.fullmatch(r"\d+:\d+", text) and text in f"{platform} {device}".lower())
-                or (text == "pocl" and "portable computing" in platform.lower())
-            ]
-            if not matches:
-                raise DeviceError(f"device: expected one of [{labels}], got {wanted!r}")
-        else:
-            pocl = [
-                handle
-                for _, platform, _, handle in found
-                if "portable computing" in platform.lower()
-            ]
-            matches = pocl or [handle for *_, handle in found]
-        handle = matches[0]
+        handle = choose_device(name or os.environ.get("LODBENCH_DEVICE") or "")
         if one_core:
-            cl = _opencl()
+            cl = opencl()
             try:
                 handle = handle.create_sub_devices([cl.device_partition_property.EQUALLY, 1])[0]
             except cl.Error as error:
@@ -276,11 +238,30 @@ class Device:
         size_bytes: int | None = None,
     ) -> None:
         """Enqueue the driver's own fill of the whole buffer, or its first `size_bytes`, with one value."""
+        if 0 in buffer.shape:
+            return
         pattern = buffer.dtype.type(value)
         size = buffer.size_bytes if size_bytes is None else size_bytes
         timeline.add(
             stage, self.cl.enqueue_fill_buffer(self.queue, buffer.memory, pattern, 0, size)
         )
+
+    def copy(self, timeline: Timeline, stage: str, source: Buffer, target: Buffer) -> None:
+        """Enqueue the driver's own copy of all of `source` to the front of `target`.
+
+        Raises:
+            ValueError: `target` is smaller.
+        """
+        if target.size_bytes < source.size_bytes:
+            raise ValueError(
+                f"{target.name}: expected {source.size_bytes} bytes, got {target.size_bytes}"
+            )
+        if 0 in source.shape:
+            return
+        event = self.cl.enqueue_copy(
+            self.queue, target.memory, source.memory, byte_count=source.size_bytes
+        )
+        timeline.add(stage, event)
 
     def wait(self) -> None:
         """Wait for everything enqueued.
@@ -292,21 +273,3 @@ class Device:
             self.queue.finish()
         except self.cl.Error as error:
             raise DeviceError(f"a command failed on {self.facts.name}: {error}") from None
-
-
-def list_devices() -> list[tuple[str, str, str, Any]]:
-    """("platform:device" index, platform name, device name, handle) of every device, in the loader's order."""
-    cl = _opencl()
-    try:
-        platforms = cl.get_platforms()
-    except cl.Error:
-        return []
-    found = []
-    for p, platform in enumerate(platforms):
-        try:
-            devices = platform.get_devices()
-        except cl.Error:
-            continue
-        for d, device in enumerate(devices):
-            found.append((f"{p}:{d}", platform.name.strip(), device.name.strip(), device))
-    return found

@@ -1,0 +1,66 @@
+"""Which OpenCL devices there are, and the one that a name means: the only file of the kernels that imports pyopencl."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from typing import Any
+
+
+class Unsupported(RuntimeError):
+    """This device cannot do what was asked: "needs ..., device has ..."."""
+
+
+class DeviceError(RuntimeError):
+    """The driver refused or failed; the text says what to look at."""
+
+
+def opencl() -> Any:
+    """pyopencl, imported when a device is first wanted and never before."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import pyopencl
+    warnings.filterwarnings("ignore", category=pyopencl.CompilerWarning)
+    return pyopencl
+
+
+def list_devices() -> list[tuple[str, str, str, Any]]:
+    """("platform:device" index, platform name, device name, handle) of every device, in the loader's order."""
+    cl = opencl()
+    try:
+        platforms = cl.get_platforms()
+    except cl.Error:
+        return []
+    found = []
+    for p, platform in enumerate(platforms):
+        try:
+            devices = platform.get_devices()
+        except cl.Error:
+            continue
+        for d, device in enumerate(devices):
+            found.append((f"{p}:{d}", platform.name.strip(), device.name.strip(), device))
+    return found
+
+
+def is_named(wanted: str, index: str, platform: str, device: str) -> bool:
+    """Is the device the one at index `wanted` ("0:1"), or does its platform or name hold that text?"""
+    if re.fullmatch(r"\d+:\d+", wanted):
+        return wanted == index
+    platform = platform.replace("Portable Computing Language", "PoCL, Portable Computing Language")
+    return wanted.lower() in f"{platform} {device}".lower()
+
+
+def choose_device(wanted: str) -> Any:
+    """The handle of the first device that `wanted` names; for "" PoCL's, else the first there is.
+
+    Raises:
+        DeviceError: no driver, or no such device.
+    """
+    found = list_devices()
+    if not found:
+        raise DeviceError("device: expected an OpenCL driver, got none; run `lodbench doctor`")
+    matches = [device for device in found if is_named(wanted or "pocl", *device[:3])]
+    if wanted and not matches:
+        labels = "; ".join(f"{index} {platform}: {name}" for index, platform, name, _ in found)
+        raise DeviceError(f"device: expected one of [{labels}], got {wanted!r}")
+    return (matches or found)[0][3]
