@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float32]
 Indices = NDArray[np.uint32]
@@ -65,6 +65,18 @@ class TriangleMesh:
     uvs: Floats | None = None
     colours: Floats | None = None
     tags: Floats | None = None
+
+    if TYPE_CHECKING:  # what is taken is wider than what is kept
+
+        def __init__(
+            self,
+            positions: ArrayLike,
+            triangles: ArrayLike,
+            normals: ArrayLike | None = None,
+            uvs: ArrayLike | None = None,
+            colours: ArrayLike | None = None,
+            tags: ArrayLike | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         given = self.positions
@@ -151,6 +163,10 @@ class BezierPatches:
 
     points: Floats
 
+    if TYPE_CHECKING:
+
+        def __init__(self, points: ArrayLike) -> None: ...
+
     def __post_init__(self) -> None:
         array = np.asarray(self.points)
         if array.ndim != 4 or array.shape[1:] != (4, 4, 3):
@@ -178,6 +194,18 @@ class NurbsSurface:
     knots_v: NDArray[np.float64]
     points: NDArray[np.float64]
     weights: NDArray[np.float64]
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            degree_u: int,
+            degree_v: int,
+            knots_u: ArrayLike,
+            knots_v: ArrayLike,
+            points: ArrayLike,
+            weights: ArrayLike,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         points = np.array(self.points, np.float64)
