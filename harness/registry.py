@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import importlib
 import pkgutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
@@ -76,8 +77,8 @@ def closest(argument: str, got: str, names: Iterable[str]) -> str:
     names = sorted(names)
     near = difflib.get_close_matches(got, names, n=3, cutoff=0.5)
     near += [name for name in names if got and got in name and name not in near]
-    expected = f"did you mean {' or '.join(near)}?" if near else f"expected one of {names}"
-    return f"{argument}: {expected} got {got!r}" if near else f"{argument}: {expected}, got {got!r}"
+    kind = "one like" if near else "one of"
+    return f"{argument}: expected {kind} {', '.join(near or names)}, got {got!r}"
 
 
 def system(name: str) -> System[Any]:
@@ -94,14 +95,18 @@ def system(name: str) -> System[Any]:
     raise ValueError(closest("system", name, [*found.systems, *found.missing]))
 
 
-def case(owner: System[Any], name: str | None = None) -> Any:
-    """A named parameter set of `owner`, or its first.
+def parameters(owner: System[Any], case: str | None, overrides: Mapping[str, Any]) -> Any:
+    """A case of `owner` (None: its first) with some fields replaced; lists become tuples.
 
     Raises:
-        ValueError: no such case.
+        ValueError: no such case or field, or a value that the system's Params refuse.
     """
-    if name is None:
-        return next(iter(owner.cases.values()))
-    if name not in owner.cases:
-        raise ValueError(closest(f"case of {owner.name}", name, owner.cases))
-    return owner.cases[name]
+    if case is not None and case not in owner.cases:
+        raise ValueError(closest(f"case of {owner.name}", case, owner.cases))
+    params = next(iter(owner.cases.values())) if case is None else owner.cases[case]
+    names = [field.name for field in dataclasses.fields(params)]
+    for name in overrides:
+        if name not in names:
+            raise ValueError(closest(f"parameter of {owner.name}", name, names))
+    values = {k: tuple(v) if isinstance(v, list) else v for k, v in overrides.items()}
+    return dataclasses.replace(params, **values)

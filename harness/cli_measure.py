@@ -1,0 +1,295 @@
+"""Commands that measure, and those that look at what was measured: run, sweep, reproduce, report, compare."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from lodbench.harness.cli import (
+    BudgetOption,
+    DeviceOption,
+    FilterOption,
+    JsonOption,
+    OutOption,
+    QuietOption,
+    ResumeOption,
+    SamplesOption,
+    SeedOption,
+    _pattern,
+    app,
+    records_kept,
+    say,
+    say_json,
+    say_rows,
+)
+
+BRIEF = re.compile(r"_(lower|upper|min|low|high)$|^reason$")  # columns left to the files
+
+
+def show(made: dict[str, Any]) -> None:
+    """A table on the terminal: the main columns, and below it the reasons of rows that are not ok."""
+    columns = [column for column in made["columns"] if not BRIEF.search(column["key"])]
+    say_rows(columns, made["rows"], made["title"])
+    for row in made["rows"]:
+        if row["reason"]:
+            say(f"{row['status']}: {row.get('dataset')} {row.get('system')}: {row['reason']}")
+
+
+def measure(
+    tables: Sequence[Any],
+    *,
+    device_name: str | None,
+    out: Path | None,
+    resume: bool,
+    samples: int | None,
+    time_budget: float | None,
+    keep: str | None,
+    seed: int,
+    quick: bool,
+    quiet: bool,
+    options: dict[str, Any],
+) -> tuple[Path, list[str]]:
+    """Measure these tables' groups into one run folder; returns it and what the time budget left out."""
+    from lodbench.harness import limits
+    from lodbench.harness.folder import open_folder
+    from lodbench.harness.record import read_run
+    from lodbench.harness.run import Session
+    from lodbench.kernels.device import Device
+
+    work = [(table.id, group) for table in tables for group in table.groups(quick)]
+    if keep:
+        pattern = _pattern(keep)
+        work = [(name, group) for name, group in work if pattern.search(f"{name}: {group.name}")]
+        if not work:
+            raise ValueError(f"filter: expected the name of some group, got {keep!r}")
+    for _, group in work:
+        group.validate()
+    device = Device.open(device_name)
+    options = {"samples": samples, "time_budget": time_budget, "quick": quick, **options}
+    folder = open_folder(device, options, out=out, resume=resume, seed=seed)
+    with records_kept(folder):
+        session = Session(device, folder, samples=samples, time_budget_s=time_budget, seed=seed)
+        try:
+            if read_run(folder).limits is None:
+                session.note("limits", **vars(limits.measure(device)))
+            left_out = session.measure(work, quiet)
+        finally:
+            session.close()
+    return folder, left_out
+
+
+def _tell_left_out(left_out: Sequence[str], folder: Path) -> None:
+    if left_out:
+        names = "; ".join(left_out)
+        typer.echo(
+            f"the time budget left out {len(left_out)} groups ({names}): go on with --resume --out {folder}",
+            err=True,
+        )
+
+
+def _sweep(spec: dict[str, Any], folder_of: Path | None, json_output: bool, **given: Any) -> None:
+    from lodbench.harness import derive, sweep
+
+    documents = []
+    asked = given.pop("device_name")
+    devices = [asked] if asked else spec.get("devices") or [None]
+    for number, name in enumerate(devices):
+        out = folder_of
+        if out is not None and len(devices) > 1:
+            out = out / f"{number}-{re.sub(r'[^A-Za-z0-9]+', '-', name)}"
+        folder, left_out = measure(
+            [sweep.table(spec)], device_name=name, out=out, quick=False,
+            options={"sweep": spec}, **given,
+        )  # fmt: skip
+        with records_kept(folder):
+            made = derive.write_tables(folder)
+            documents += made
+            report = derive.write_report(folder)
+        if not json_output:
+            for document in made:
+                show(document)
+            say(f"records, tables{' and report' if report else ''}: {folder}")
+        _tell_left_out(left_out, folder)
+    if json_output:
+        say_json(documents)
+
+
+@app.command()
+def run(
+    system: Annotated[str, typer.Argument(help="A name from `lodbench list systems`.")],
+    dataset: Annotated[
+        list[str] | None, typer.Option("--dataset", "-d", help="A dataset; may be repeated.")
+    ] = None,
+    against: Annotated[
+        list[str] | None,
+        typer.Option("--against", "-a", help="Another system, in turns with it; may be repeated."),
+    ] = None,
+    case: Annotated[str | None, typer.Option("--case", help="A named parameter set.")] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", "-s", help="NAME=VALUE; a list is an axis: cells=[32,64]."),
+    ] = None,
+    quality: Annotated[bool, typer.Option("--quality", help="Error and topology too.")] = False,
+    device: DeviceOption = None,
+    out: OutOption = None,
+    samples: SamplesOption = None,
+    time_budget: BudgetOption = None,
+    keep: FilterOption = None,
+    resume: ResumeOption = False,
+    seed: SeedOption = 0,
+    json_output: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Measure one system, alone or in turns with others, and show the row.
+
+    Example: lodbench run quadric_clustering -d torus_20k -s cells=32 -a numpy_quadric_clustering
+    """
+    from lodbench.harness import registry, sweep
+
+    registry.system(system)
+    params: dict[str, Any] = {}
+    for setting in settings or []:
+        name, equals, value = setting.partition("=")
+        if not equals:
+            raise ValueError(f"set: expected NAME=VALUE, got {setting!r}")
+        params[name.strip()] = sweep.literal(value)
+    spec = sweep.validate(
+        {
+            "name": system,
+            "systems": [system, *(against or [])],
+            "datasets": dataset or [sweep.default_dataset(system)],
+            "quality": quality,
+            "params": params,
+            **({"case": case} if case else {}),
+        }
+    )
+    _sweep(
+        spec, out, json_output, device_name=device, resume=resume, samples=samples,
+        time_budget=time_budget, keep=keep, seed=seed, quiet=quiet,
+    )  # fmt: skip
+
+
+@app.command("sweep")
+def sweep_command(
+    file: Annotated[Path, typer.Argument(help="TOML: systems, datasets, params (lists are axes).")],
+    device: DeviceOption = None,
+    out: OutOption = None,
+    samples: SamplesOption = None,
+    time_budget: BudgetOption = None,
+    keep: FilterOption = None,
+    resume: ResumeOption = False,
+    seed: SeedOption = 0,
+    json_output: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Measure systems x datasets x parameters from a file; every sample is kept.
+
+    Example: lodbench sweep grids.toml --samples 20, where grids.toml says
+    systems = ["quadric_clustering"], datasets = ["torus_20k"], [params], cells = [32, 64]
+    """
+    from lodbench.harness import sweep
+
+    _sweep(
+        sweep.read(file), out, json_output, device_name=device, resume=resume, samples=samples,
+        time_budget=time_budget, keep=keep, seed=seed, quiet=quiet,
+    )  # fmt: skip
+
+
+@app.command()
+def reproduce(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[TABLE]...", help="Default: all tables.")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Smaller inputs: minutes.")] = False,
+    device: DeviceOption = None,
+    out: OutOption = None,
+    samples: SamplesOption = None,
+    time_budget: BudgetOption = None,
+    keep: FilterOption = None,
+    resume: ResumeOption = False,
+    seed: SeedOption = 0,
+    json_output: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Measure the papers' tables, and make tables, figures and one HTML report of them.
+
+    Example: lodbench reproduce --quick
+    """
+    from lodbench.harness import derive
+    from lodbench.harness.tables import table, tables
+
+    chosen = [table(name) for name in names] if names else list(tables().values())
+    folder, left_out = measure(
+        chosen, device_name=device, out=out, resume=resume, samples=samples,
+        time_budget=time_budget, keep=keep, seed=seed, quick=quick, quiet=quiet, options={},
+    )  # fmt: skip
+    with records_kept(folder):
+        made = derive.write_tables(folder)
+        page = derive.write_report(folder)
+    if json_output:
+        say_json({"folder": folder, "report": page, "tables": made})
+    else:
+        for document in made:
+            show(document)
+        counts = ", ".join(f"{n} {status}" for status, n in derive.statuses(made).items())
+        say(f"{len(made)} tables ({counts}): {folder / 'tables'}")
+        say(f"report: {page}" if page else NO_REPORT)
+    _tell_left_out(left_out, folder)
+
+
+NO_REPORT = "no report.html: pip install 'lodbench[report]', then `lodbench report RUN`"
+
+
+@app.command()
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder.")],
+    json_output: JsonOption = False,
+) -> None:
+    """Make a run's tables, figures and HTML report again from its records.
+
+    Example: lodbench report results/pocl-amd-epyc/2026-11-22-1a2b3c4
+    """
+    from lodbench.harness import derive
+
+    made = derive.write_tables(folder)
+    page = derive.write_report(folder)
+    if json_output:
+        say_json({"folder": folder, "report": page, "tables": made})
+        return
+    for document in made:
+        say(str(folder / "tables" / f"{document['id']}.md"))
+    say(str(page) if page else NO_REPORT)
+
+
+@app.command()
+def compare(
+    a: Annotated[Path, typer.Argument(metavar="A", help="The run to compare with.")],
+    b: Annotated[Path, typer.Argument(metavar="B", help="The run in question.")],
+    threshold: Annotated[
+        float, typer.Option("--threshold", min=0.0, help="A slowdown below this share is none.")
+    ] = 0.10,
+    keep: FilterOption = None,
+    json_output: JsonOption = False,
+) -> None:
+    """Match two runs row by row; exit code 1 when B is slower beyond threshold and noise, or fails.
+
+    Example: lodbench compare results/reference/pocl-amd-epyc results/pocl-amd-epyc/2026-11-22-1a2b3c4
+    """
+    from lodbench.harness import compare as comparison
+    from lodbench.harness.record import read_run
+
+    found = comparison.compare(
+        read_run(a), read_run(b), threshold, _pattern(keep) if keep else None
+    )
+    if json_output:
+        say_json(found)
+    else:
+        say_rows(comparison.COLUMNS, found["rows"])
+        if not found["same_machine"]:
+            say("the two runs are of different machines or devices: times say little")
+        say(f"{found['regressions']} regressions in {len(found['rows'])} rows")
+    raise typer.Exit(1 if found["regressions"] else 0)

@@ -1,0 +1,204 @@
+"""Commands that work on one's own meshes, and on datasets: simplify, refine, datasets."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from lodbench.harness.cli import DeviceOption, JsonOption, QuietOption, app, say, say_json, say_rows
+
+InArgument = Annotated[
+    Path, typer.Argument(metavar="IN", help="A mesh: PLY, OBJ, STL, OFF ... or a dataset's name.")
+]
+OutArgument = Annotated[Path, typer.Argument(metavar="OUT", help="Where the result goes.")]
+
+
+def _input(path: Path) -> Any:
+    """The mesh in a file; or, where there is no such file, the dataset of that name."""
+    from lodbench.datasets_gen import catalogue, read
+    from lodbench.datasets_gen.surfaces import TriangleMesh
+
+    name = str(path)
+    if not path.exists() and name in catalogue.names():
+        surface = catalogue.load(name).surface
+        if not isinstance(surface, TriangleMesh):
+            raise ValueError(f"IN: expected triangles, got {type(surface).__name__} of {name}")
+        return surface
+    return read.read_mesh(path)
+
+
+def _cells(text: str | None) -> int | tuple[int, int, int] | None:
+    if text is None:
+        return None
+    try:
+        numbers = [int(word) for word in text.replace("x", ",").split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (1, 3) or min(numbers) < 1:
+        raise ValueError(f"cells: expected N or NX,NY,NZ, each at least 1, got {text!r}")
+    return numbers[0] if len(numbers) == 1 else (numbers[0], numbers[1], numbers[2])
+
+
+def _finish(
+    result: Any, source: Any, out: Path, started: float, json_output: bool, quiet: bool
+) -> None:
+    from lodbench.datasets_gen import read
+
+    read.write_mesh(out, result.mesh)
+    facts = {
+        "out": out,
+        "triangles_in": source.triangle_count,
+        "triangles_out": result.mesh.triangle_count,
+        "vertices_in": source.vertex_count,
+        "vertices_out": result.mesh.vertex_count,
+        "wall_s": time.perf_counter() - started,
+        "counters": dict(result.counters),
+    }
+    if json_output:
+        say_json(facts)
+    elif not quiet:
+        say(
+            f"{out}: {facts['triangles_in']:,} -> {facts['triangles_out']:,} triangles, "
+            f"{facts['vertices_in']:,} -> {facts['vertices_out']:,} points, {facts['wall_s']:.2f} s"
+        )
+
+
+@app.command()
+def simplify(
+    source: InArgument,
+    out: OutArgument,
+    target_reduction: Annotated[
+        float | None, typer.Option("--target-reduction", "-r", help="Share of triangles removed.")
+    ] = None,
+    target_count: Annotated[
+        int | None, typer.Option("--target-count", "-n", help="Triangles left, at most.")
+    ] = None,
+    cells: Annotated[
+        str | None, typer.Option("--cells", "-c", help="Grid cells: N, or NX,NY,NZ.")
+    ] = None,
+    method: Annotated[
+        str, typer.Option("--method", "-m", help="A system of family cluster.")
+    ] = "quadric_clustering",
+    device: DeviceOption = None,
+    json_output: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Fewer triangles of the same shape.
+
+    Example: lodbench simplify scan.ply small.ply --target-reduction 0.9
+    """
+    from lodbench.datasets_gen import read
+    from lodbench.kernels import Device, simplify_mesh
+
+    given = {
+        "target_reduction": target_reduction,
+        "target_count": target_count,
+        "cells": _cells(cells),
+    }
+    given = {name: value for name, value in given.items() if value is not None}
+    if len(given) != 1:
+        raise ValueError(
+            "expected one of --target-reduction, --target-count and --cells, got "
+            + (" and ".join(given) if given else "none of them")
+        )
+    read.check_writable(out)
+    mesh = _input(source)
+    opened = Device.open(device)
+    started = time.perf_counter()
+    result = simplify_mesh(opened, mesh, method=method, **given)
+    _finish(result, mesh, out, started, json_output, quiet)
+
+
+@app.command()
+def refine(
+    source: InArgument,
+    out: OutArgument,
+    segments: Annotated[
+        int, typer.Option("--segments", "-n", help="Segments along each edge of each triangle.")
+    ] = 4,
+    method: Annotated[
+        str, typer.Option("--method", "-m", help="A system of family refine.")
+    ] = "pattern",
+    displace: Annotated[
+        float | None,
+        typer.Option("--displace", help="Height of a sine displacement, model units."),
+    ] = None,
+    device: DeviceOption = None,
+    json_output: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """More triangles: each split into segments^2, displaced if wanted.
+
+    Example: lodbench refine coarse.obj fine.ply --segments 16
+    """
+    from lodbench.datasets_gen import read
+    from lodbench.kernels import Device, refine_mesh
+
+    extra = {} if displace is None else {"displace": displace}
+    read.check_writable(out)
+    mesh = _input(source)
+    opened = Device.open(device)
+    started = time.perf_counter()
+    result = refine_mesh(opened, mesh, segments=segments, method=method, **extra)
+    _finish(result, mesh, out, started, json_output, quiet)
+
+
+datasets = typer.Typer(help="Surfaces to measure on: list, fetch, make.", no_args_is_help=True)
+app.add_typer(datasets, name="datasets")
+
+
+def dataset_rows() -> list[dict[str, Any]]:
+    """What the catalogue holds, without making any of it."""
+    from lodbench.datasets_gen import catalogue
+
+    return [{"dataset": name, **facts} for name, facts in catalogue.describe().items()]
+
+
+@datasets.command("list")
+def list_datasets(json_output: JsonOption = False) -> None:
+    """Surfaces by name, generated and read.
+
+    Example: lodbench datasets list
+    """
+    rows = dataset_rows()
+    if json_output:
+        say_json(rows)
+    else:
+        say_rows([{"key": key, "label": key} for key in rows[0]], rows)
+
+
+@datasets.command("make")
+def make(
+    name: Annotated[str, typer.Argument(help="A name from `lodbench datasets list`.")],
+    out: OutArgument,
+) -> None:
+    """Write a dataset of triangles to a file.
+
+    Example: lodbench datasets make torus_20k torus.ply
+    """
+    from lodbench.datasets_gen import catalogue, read
+    from lodbench.harness.registry import closest
+
+    if name not in catalogue.names():
+        raise ValueError(closest("dataset", name, catalogue.names()))
+    read.check_writable(out)
+    mesh = _input(Path(name))
+    read.write_mesh(out, mesh)
+    say(f"{out}: {mesh.triangle_count:,} triangles, {mesh.vertex_count:,} points")
+
+
+@datasets.command("fetch")
+def fetch(
+    names: Annotated[list[str] | None, typer.Argument(help="Default: all that can be had.")] = None,
+) -> None:
+    """Download the classic scans into the data folder.
+
+    Example: lodbench datasets fetch bunny_69k
+    """
+    from lodbench.datasets_gen import catalogue
+
+    for path in catalogue.fetch(names or None):
+        say(str(path))

@@ -1,0 +1,140 @@
+"""One subject on its way through its group: prepared, run once, judged; what goes wrong is its status."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import psutil
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.harness import registry
+from lodbench.harness.group import Context, Subject
+from lodbench.harness.timing import VERY_SLOW_S, take
+from lodbench.kernels.device import Device, DeviceError, Unsupported
+from lodbench.kernels.system import Prepared, System, Timeline, run
+
+Record = Callable[..., None]  # (kind, **row): appends a row about this subject
+
+
+@dataclass
+class Entrant:
+    """A subject and what became of it: `facts` go into its row, `mesh` is kept where its quality is asked for."""
+
+    subject: Subject
+    status: str = "ok"
+    reason: str = ""
+    device: Device | None = None
+    prepared: Prepared | None = None
+    first_s: float = 0.0
+    facts: dict[str, Any] = field(default_factory=dict)
+    mesh: TriangleMesh | None = None
+
+    def enter(
+        self,
+        surface: Any,
+        device: Callable[[], Device],
+        before: Mapping[str, Entrant],
+        record: Record,
+        keep_mesh: bool,
+    ) -> None:
+        """Prepare, run the first frame and judge it.
+
+        Args:
+            surface: the group's input.
+            device: opens, or has opened, the device that the subject runs on.
+            before: the group's subjects so far, which the params may depend on.
+            record: takes the setup and the first sample.
+            keep_mesh: keep the result for its quality.
+        """
+        try:
+            self._prepare(surface, device, before, record)
+            first = take(self.subject.name, self.frame, 0, warmup=True)
+            if first is None:
+                return
+            self.first_s = first.wall_s
+            record("sample", **vars(replace(first, warmup=first.wall_s <= VERY_SLOW_S)))
+            self._judge(keep_mesh)
+        except Exception as error:
+            if not self.fail(error):
+                raise
+
+    def fail(self, error: Exception) -> bool:
+        """Take note of an error that ends this subject and no other; False for one that is a fault of ours."""
+        if isinstance(error, Unsupported | ImportError):
+            self.status, self.reason = "skipped", str(error)
+        elif isinstance(error, MemoryError):
+            self.status, self.reason = "skipped", f"needs more memory than the host has: {error}"
+        elif isinstance(error, DeviceError | ValueError | TypeError) or type(
+            error
+        ).__module__.startswith("pyopencl"):
+            self.status, self.reason = "failed", f"{type(error).__name__}: {error}"
+        else:
+            return False
+        self.prepared = None
+        return True
+
+    def frame(self) -> Timeline | None:
+        """Run one frame and wait; None when that failed, and the subject is out."""
+        assert self.device is not None and self.prepared is not None
+        try:
+            return run(self.device, self.prepared)
+        except Exception as error:
+            if not self.fail(error):
+                raise
+            return None
+
+    def _prepare(
+        self,
+        surface: Any,
+        device: Callable[[], Device],
+        before: Mapping[str, Entrant],
+        record: Record,
+    ) -> None:
+        subject = self.subject
+        missing = registry.registry().missing.get(subject.system)
+        if missing is not None:
+            raise Unsupported(missing)
+        owner: System[Any] = registry.system(subject.system)
+        if not isinstance(surface, owner.takes):
+            kinds = " or ".join(kind.__name__ for kind in owner.takes)
+            raise Unsupported(f"needs {kinds}, dataset is {type(surface).__name__}")
+        self.device = device()
+        overrides = subject.params
+        if callable(overrides):
+            counters = {name: entrant.facts.get("counters", {}) for name, entrant in before.items()}
+            params = {name: entrant.facts.get("params") for name, entrant in before.items()}
+            overrides = overrides(Context(self.device, surface, counters, params))
+        params = registry.parameters(owner, subject.case, overrides)
+        self.facts["params"] = params
+        process = psutil.Process()
+        memory, start = process.memory_info().rss, time.perf_counter()
+        self.prepared = owner.prepare(self.device, surface, params)
+        seconds = time.perf_counter() - start
+        setup = self.prepared.setup
+        record(
+            "setup", subject=subject.name, system=owner.name, params=params,
+            phases={**setup.stage_s, "prepare": seconds}, from_cache=setup.from_cache,
+            memory_growth_bytes=process.memory_info().rss - memory,
+        )  # fmt: skip
+
+    def _judge(self, keep_mesh: bool) -> None:
+        prepared, facts = self.prepared, self.facts
+        assert prepared is not None
+        check = prepared.check()
+        facts["check"] = check
+        if not check.passed:
+            self.status = "failed"
+            self.reason = (
+                f"check: {check.what} is {check.value:.4g}, tolerance {check.tolerance:.4g}"
+            )
+        facts["counters"] = dict(prepared.counters())
+        facts["footprint"] = prepared.footprint()
+        facts["traffic"] = dict(prepared.traffic())
+        if keep_mesh:
+            start = time.perf_counter()
+            meshes = prepared.result()
+            facts["read_back_s"] = time.perf_counter() - start
+            self.mesh = meshes[0] if meshes else None

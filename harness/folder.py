@@ -1,0 +1,77 @@
+"""A run's folder: where it lies, its `run.json`, and when a run may be taken up again."""
+
+from __future__ import annotations
+
+import datetime
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from lodbench.harness.environment import commit, environment, now
+from lodbench.harness.record import RUN, SCHEMA, write_json
+from lodbench.kernels.device import Device
+
+RESULTS = Path("results")
+
+
+def _candidates(slug: str, commit: str) -> list[Path]:
+    """Folders of runs of this device and commit, oldest first."""
+    found = [path.parent for path in (RESULTS / slug).glob(f"*-{commit}*/{RUN}")]
+    return sorted(found, key=lambda path: (path / RUN).stat().st_mtime)
+
+
+def open_folder(
+    device: Device,
+    options: Mapping[str, Any],
+    *,
+    out: Path | None = None,
+    resume: bool = False,
+    seed: int = 0,
+) -> Path:
+    """The folder to measure into, made and described by its `run.json`.
+
+    Args:
+        device: the device measured.
+        options: what was asked for, kept in the record.
+        out: the folder; None makes `results/<device>/<date>-<commit>/`, or takes the last one on resume.
+        resume: go on with a run of the same device and commit.
+        seed: of bootstrap and quality sampling.
+
+    Raises:
+        ValueError: the folder holds a run already, or one of another device, commit or schema.
+        OSError: it cannot be made.
+    """
+    short, _ = commit()
+    if out is None and resume:
+        out = next(reversed(_candidates(device.slug, short)), None)
+    if out is not None and (out / RUN).is_file():
+        if not resume:
+            raise ValueError(f"out: expected a new folder, or --resume, got the run in {out}")
+        _take_up(out, device, short)
+        return out
+    if out is not None and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise ValueError(f"out: expected a new or empty folder, got {out}")
+    if out is None:
+        day = datetime.date.today().isoformat()
+        first = out = RESULTS / device.slug / f"{day}-{short}"
+        number = 2
+        while out.exists():
+            out = first.with_name(f"{first.name}-{number}")
+            number += 1
+    out.mkdir(parents=True, exist_ok=True)
+    write_json(out / RUN, {"schema": SCHEMA, **environment(device, dict(options), seed)})
+    return out
+
+
+def _take_up(folder: Path, device: Device, commit: str) -> None:
+    found = json.loads((folder / RUN).read_text())
+    for what, have, want in (
+        ("schema", found.get("schema"), SCHEMA),
+        ("device", found.get("slug"), device.slug),
+        ("commit", found.get("commit"), commit),
+    ):
+        if have != want:
+            raise ValueError(f"resume: expected a run of {what} {want}, got {have} in {folder}")
+    found.setdefault("resumed", []).append(now())
+    write_json(folder / RUN, found)

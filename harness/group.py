@@ -1,0 +1,99 @@
+"""What is measured together: subjects that take turns on one dataset, named and checked before anything runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from lodbench.datasets_gen import catalogue
+from lodbench.harness import registry
+from lodbench.harness.record import plain
+from lodbench.kernels.device import Device
+
+
+@dataclass(frozen=True)
+class Context:
+    """What a subject's params may depend on: the input, and the subjects prepared before it in its group."""
+
+    device: Device
+    surface: Any
+    counters: Mapping[str, Mapping[str, int | float]]  # by label
+    params: Mapping[str, Any]  # by label
+
+
+Overrides = Mapping[str, Any] | Callable[[Context], Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A system with parameters: a case's name (None: the first) and the fields to replace in it."""
+
+    system: str
+    params: Overrides = field(default_factory=dict)
+    label: str = ""
+    case: str | None = None
+    one_core: bool = False
+
+    @property
+    def name(self) -> str:
+        """The label, or the system's name: unique within a group."""
+        return self.label or self.system
+
+
+@dataclass(frozen=True)
+class Group:
+    """Subjects that are compared: they take turns on one dataset.
+
+    `facts` are the row's own words for it (segments, cells ...); `quality` measures each result mesh against the
+    input; `weight` is its share of the whole run's time, for the time left.
+    """
+
+    dataset: str
+    subjects: tuple[Subject, ...]
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    quality: bool = False
+    weight: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """The dataset and the facts in one line."""
+        return " ".join([self.dataset, *(f"{key}={value}" for key, value in self.facts.items())])
+
+    def config(self) -> dict[str, Any]:
+        """All that decides what is measured, for the hash."""
+        return {
+            "dataset": self.dataset,
+            "facts": plain(self.facts),
+            "quality": self.quality,
+            "subjects": [
+                {
+                    "label": subject.name,
+                    "system": subject.system,
+                    "case": subject.case,
+                    "one_core": subject.one_core,
+                    "params": subject.params.__qualname__  # type: ignore[union-attr]
+                    if callable(subject.params)
+                    else plain(subject.params),
+                }
+                for subject in self.subjects
+            ],
+        }
+
+    def validate(self) -> None:
+        """Refuse unknown names and bad parameters before anything is measured.
+
+        Raises:
+            ValueError: an unknown dataset, system, case or field, a value out of range, a label used twice.
+        """
+        if self.dataset not in catalogue.names():
+            raise ValueError(registry.closest("dataset", self.dataset, catalogue.names()))
+        labels = [subject.name for subject in self.subjects]
+        if len(set(labels)) != len(labels):
+            raise ValueError(f"subjects: expected different labels, got {labels}")
+        for subject in self.subjects:
+            if subject.system in registry.registry().missing:
+                continue  # recorded as skipped
+            owner = registry.system(subject.system)
+            if not callable(subject.params):
+                registry.parameters(owner, subject.case, subject.params)

@@ -1,0 +1,263 @@
+"""The record of a run: `run.json` (where and how) and `samples.jsonl` (one row per sample, as it happens).
+
+A row is a JSON object with a `kind`; all but `limits` name their `group` (a hash of its configuration) and `attempt`:
+
+```
+begin      table, name, dataset, config, facts        a group of interleaved subjects starts
+setup      subject, params, phases, from_cache        build, first_launch, upload ... seconds; memory growth
+sample     subject, turn, warmup, wall_s, cpu_s, load, stage_s
+subject    subject, status, reason, check, counters, footprint, traffic, quality, facts
+end        others, seconds                            the group is whole
+superseded                                            an attempt was cut short; its rows no longer count
+limits     fill, copy, multiply-add rates of the device
+```
+Rows are only ever appended. A group counts once its `end` is there; until then it runs again on resume.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import math
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+SCHEMA = 1
+RUN, SAMPLES = "run.json", "samples.jsonl"
+
+
+def plain(value: Any) -> Any:
+    """`value` as JSON can hold it: dataclasses as objects, NaN and infinity as null."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, str | int | bool):
+        return value
+    if isinstance(value, Iterable):
+        return [plain(item) for item in value]
+    return str(value)
+
+
+def config_hash(config: Any) -> str:
+    """A short name for a configuration: the same on every machine and in every process."""
+    text = json.dumps(plain(config), sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write `value` whole or not at all."""
+    text = json.dumps(plain(value), indent=1, allow_nan=False) + "\n"
+    part = path.with_name(path.name + ".part")
+    try:
+        part.write_text(text)
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def read_rows(path: Path) -> list[dict[str, Any]]:
+    """All rows of a `samples.jsonl`; a torn last line is dropped.
+
+    Raises:
+        ValueError: a line before the last is not JSON.
+    """
+    lines = path.read_bytes().split(b"\n")
+    rows = []
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            rows.append(json.loads(line))
+        except ValueError:
+            if number == len(lines):  # no newline after it: the write was cut short
+                break
+            raise ValueError(f"{path}: expected JSON in line {number}, got {line[:40]!r}") from None
+    return rows
+
+
+class Writer:
+    """Appends rows to a run's `samples.jsonl`, each flushed at once."""
+
+    def __init__(self, folder: Path) -> None:
+        path = folder / SAMPLES
+        if path.exists():
+            content = path.read_bytes()
+            whole = content.rfind(b"\n") + 1
+            if whole < len(content):  # a torn last line: the next row must not be glued to it
+                with path.open("r+b") as file:
+                    file.truncate(whole)
+        self._file = path.open("ab", buffering=0)
+
+    def write(self, kind: str, **row: Any) -> None:
+        """Append one row.
+
+        Raises:
+            OSError: the disk is full, or gone; what was written before stays.
+        """
+        line = json.dumps({"kind": kind, **plain(row)}, allow_nan=False) + "\n"
+        data = memoryview(line.encode())
+        while data:
+            data = data[self._file.write(data) :]
+
+    def close(self) -> None:
+        self._file.close()
+
+
+@dataclass
+class SubjectRecord:
+    """All that was recorded of one subject of a group; `samples` leaves out warm-ups."""
+
+    label: str
+    system: str = ""
+    status: str = "failed"
+    reason: str = "no result was recorded"
+    params: Mapping[str, Any] = field(default_factory=dict)
+    phases: dict[str, float] = field(default_factory=dict)
+    from_cache: dict[str, bool] = field(default_factory=dict)
+    memory_growth_bytes: int | None = None
+    read_back_s: float | None = None
+    check: dict[str, Any] | None = None
+    counters: dict[str, Any] = field(default_factory=dict)
+    footprint: dict[str, Any] = field(default_factory=dict)
+    traffic: dict[str, dict[str, int]] = field(default_factory=dict)
+    quality: dict[str, Any] | None = None
+    samples: list[dict[str, Any]] = field(default_factory=list)
+    warmups: list[dict[str, Any]] = field(default_factory=list)
+
+    @property
+    def wall_s(self) -> dict[int, float]:
+        """Turn -> wall seconds of the counted samples."""
+        return {row["turn"]: row["wall_s"] for row in self.samples}
+
+    @property
+    def stages(self) -> list[str]:
+        """Stage names in the order in which they ran."""
+        return list(dict.fromkeys(name for row in self.samples for name in row["stage_s"]))
+
+    def stage_s(self, *names: str) -> list[float]:
+        """Per counted sample, the seconds of these stages together; of all stages when none is named."""
+        return [
+            sum(s for name, s in row["stage_s"].items() if not names or name in names)
+            for row in self.samples
+        ]
+
+
+@dataclass
+class GroupRecord:
+    """One whole interleaved group: its subjects by label, in the order in which they took turns."""
+
+    group: str
+    table: str
+    name: str
+    dataset: str
+    device: str
+    facts: dict[str, Any]
+    config: dict[str, Any]
+    others: float = 0.0
+    subjects: dict[str, SubjectRecord] = field(default_factory=dict)
+
+
+@dataclass
+class RunRecord:
+    """A run as it was recorded: the environment, the whole groups, and the device's measured limits."""
+
+    folder: Path
+    environment: dict[str, Any]
+    groups: list[GroupRecord]
+    limits: dict[str, Any] | None = None
+
+    def of_table(self, table: str) -> list[GroupRecord]:
+        """The groups of one table, in the order of its definition."""
+        return [group for group in self.groups if group.table == table]
+
+    @property
+    def tables(self) -> list[str]:
+        """Tables that have a whole group."""
+        return list(dict.fromkeys(group.table for group in self.groups))
+
+
+_SUBJECT_FIELDS = (
+    "status", "reason", "check", "counters", "footprint", "traffic", "quality", "read_back_s",
+)  # fmt: skip
+_SETUP_FIELDS = ("system", "params", "phases", "from_cache", "memory_growth_bytes")
+
+
+def read_run(folder: Path) -> RunRecord:
+    """The record in a run's folder.
+
+    Raises:
+        ValueError: not a run's folder, or one of another schema.
+    """
+    folder = Path(folder)
+    if not (folder / RUN).is_file():
+        raise ValueError(f"run: expected a folder with {RUN}, got {folder}")
+    environment = json.loads((folder / RUN).read_text())
+    if environment.get("schema") != SCHEMA:
+        raise ValueError(
+            f"{folder / RUN}: expected schema {SCHEMA}, got {environment.get('schema')}"
+        )
+    path = folder / SAMPLES
+    rows = read_rows(path) if path.exists() else []
+    open_groups: dict[tuple[str, int], GroupRecord] = {}
+    whole: dict[str, GroupRecord] = {}
+    limits = None
+    for row in rows:
+        kind = row["kind"]
+        if kind == "limits":
+            limits = {key: value for key, value in row.items() if key != "kind"}
+            continue
+        key = (row["group"], row["attempt"])
+        if kind == "begin":
+            open_groups[key] = GroupRecord(
+                **{
+                    name: row[name]
+                    for name in ("group", "table", "name", "dataset", "device", "facts", "config")
+                }
+            )
+        elif kind == "superseded":
+            open_groups.pop(key, None)
+        elif key in open_groups:
+            _add(open_groups[key], row)
+            if kind == "end":
+                whole[row["group"]] = open_groups.pop(key)
+    return RunRecord(folder, environment, list(whole.values()), limits)
+
+
+def _add(group: GroupRecord, row: dict[str, Any]) -> None:
+    if row["kind"] == "end":
+        group.others = row["others"]
+        return
+    label = row["subject"]
+    subject = group.subjects.setdefault(label, SubjectRecord(label))
+    if row["kind"] == "sample":
+        (subject.warmups if row["warmup"] else subject.samples).append(row)
+    names = _SUBJECT_FIELDS if row["kind"] == "subject" else _SETUP_FIELDS
+    for name in names:
+        if name in row:
+            setattr(subject, name, row[name])
+
+
+def attempts(folder: Path) -> tuple[set[str], dict[str, list[int]]]:
+    """(hashes of whole groups, hash -> attempts that were begun and neither ended nor superseded)."""
+    path = folder / SAMPLES
+    ended: set[str] = set()
+    begun: dict[str, list[int]] = {}
+    for row in read_rows(path) if path.exists() else []:
+        if row["kind"] == "begin":
+            begun.setdefault(row["group"], []).append(row["attempt"])
+        elif row["kind"] in ("end", "superseded"):
+            begun[row["group"]].remove(row["attempt"])
+            if row["kind"] == "end":
+                ended.add(row["group"])
+    return ended, begun

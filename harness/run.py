@@ -1,0 +1,168 @@
+"""Groups of subjects measured into a run's folder: in turns, recorded as it happens, each at most once."""
+
+from __future__ import annotations
+
+import gc
+import hashlib
+import time
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from lodbench.datasets_gen import catalogue
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.harness import quality
+from lodbench.harness.entrant import Entrant
+from lodbench.harness.group import Group
+from lodbench.harness.progress import Progress
+from lodbench.harness.record import Writer, attempts, config_hash, plain
+from lodbench.harness.timing import OtherLoad, interleave
+from lodbench.kernels.device import Device, Unsupported
+
+
+class Session:
+    """One run: a device, a folder, and the groups measured into it.
+
+    Args:
+        device: where device subjects run; host subjects may use as many threads as it has compute units.
+        folder: the run's folder, with its `run.json` written.
+        samples: counted samples per subject, or None for the protocol's own number.
+        time_budget_s: no new group is begun once it is spent, and sampling is cut to share what is left.
+        seed: of bootstrap and quality sampling.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        folder: Path,
+        *,
+        samples: int | None = None,
+        time_budget_s: float | None = None,
+        seed: int = 0,
+    ) -> None:
+        self.device, self.folder, self.seed = device, folder, seed
+        self._samples, self._budget_s = samples, time_budget_s
+        self._one_core: Device | None = None
+        self._ended, self._begun = attempts(folder)
+        self._writer = Writer(folder)
+        self._dataset: tuple[str, Any] = ("", None)
+        self._qualities: dict[str, dict[str, Any]] = {}
+
+    def close(self) -> None:
+        """Close the record."""
+        self._writer.close()
+
+    def note(self, kind: str, **row: Any) -> None:
+        """Append a row that belongs to no group."""
+        self._writer.write(kind, **row)
+
+    def measure(self, work: Sequence[tuple[str, Group]], quiet: bool = False) -> list[str]:
+        """Measure every (table id, group) that the record does not hold whole; returns the names left out.
+
+        Groups are left out only when the time budget is spent.
+        """
+        for _, group in work:
+            group.validate()
+        start = time.perf_counter()
+        left_out: list[str] = []
+        with Progress(sum(group.weight for _, group in work), quiet) as progress:
+            for number, (table, group) in enumerate(work):
+                config = {
+                    "table": table, "device": self.device.slug, "samples": self._samples,
+                    "seed": self.seed, **group.config(),
+                }  # fmt: skip
+                key = config_hash(config)
+                if key in self._ended:
+                    progress.advance(group.weight, kept=True)
+                    continue
+                budget = None
+                if self._budget_s is not None:
+                    left = self._budget_s - (time.perf_counter() - start)
+                    if left <= 0:
+                        left_out.append(f"{table}: {group.name}")
+                        continue
+                    budget = left / (len(work) - number)
+                progress.task(f"{table}: {group.name}")
+                self._group(table, group, key, config, budget, progress)
+                progress.advance(group.weight)
+        return left_out
+
+    def _group(
+        self,
+        table: str,
+        group: Group,
+        key: str,
+        config: Mapping[str, Any],
+        budget_s: float | None,
+        progress: Progress,
+    ) -> None:
+        progress.step("load")
+        dataset = self._load(group.dataset)
+        earlier = self._begun.setdefault(key, [])
+        for attempt in earlier:
+            self._writer.write("superseded", group=key, attempt=attempt)
+        attempt = max(earlier, default=-1) + 1
+        earlier[:] = [attempt]
+        record = partial(self._writer.write, group=key, attempt=attempt)
+        facts = {**group.facts, "dataset": dataset.name, "standin": dataset.standin}
+        if isinstance(dataset.surface, TriangleMesh):
+            facts["triangles_in"] = dataset.surface.triangle_count
+            facts["vertices_in"] = dataset.surface.vertex_count
+        record(
+            "begin", table=table, name=group.name, dataset=dataset.name, device=self.device.slug,
+            facts=facts, config=config,
+        )  # fmt: skip
+        start, others = time.perf_counter(), OtherLoad()
+        entrants: dict[str, Entrant] = {}
+        for subject in group.subjects:
+            progress.step(f"prepare {subject.name}")
+            entrant = Entrant(subject)
+            device = partial(self._open, subject.one_core)
+            entrant.enter(dataset.surface, device, entrants, record, group.quality)
+            entrants[subject.name] = entrant
+        running = {name: e for name, e in entrants.items() if e.prepared is not None}
+        frames = {name: entrant.frame for name, entrant in running.items()}
+        firsts = {name: entrant.first_s for name, entrant in running.items()}
+        progress.step("sample")
+        for sample in interleave(frames, firsts, samples=self._samples, budget_s=budget_s):
+            record("sample", **plain(sample))
+        others_share = others.share()
+        for name, entrant in entrants.items():
+            if group.quality and entrant.mesh is not None:
+                progress.step(f"quality of {name}")
+                entrant.facts["quality"] = self._quality(dataset.surface, entrant.mesh)
+            record(
+                "subject", subject=name, status=entrant.status, reason=entrant.reason,
+                **entrant.facts,
+            )  # fmt: skip
+        record("end", others=others_share, seconds=round(time.perf_counter() - start, 3))
+        self._ended.add(key)
+        del frames, running
+        entrants.clear()
+        gc.collect()  # device buffers go back to the pool before the next group asks for its own
+
+    def _load(self, name: str) -> Any:
+        if self._dataset[0] != name:
+            self._dataset = ("", None)  # the old one is free before the new one is made
+            self._dataset = (name, catalogue.load(name))
+            self._qualities.clear()
+        return self._dataset[1]
+
+    def _open(self, one_core: bool) -> Device:
+        if not one_core:
+            return self.device
+        if self._one_core is None:
+            self._one_core = Device.open(self.device.facts.name, one_core=True)
+        return self._one_core
+
+    def _quality(self, reference: TriangleMesh, mesh: TriangleMesh) -> dict[str, Any]:
+        """Topology, and error against the input where libigl is installed; once per distinct mesh."""
+        bits = hashlib.sha256(mesh.positions.tobytes() + mesh.triangles.tobytes()).hexdigest()
+        if bits not in self._qualities:
+            try:
+                found = quality.measure(reference, mesh, self.seed)
+            except Unsupported:  # no libigl: the error columns stay empty
+                found = quality.topology(mesh)
+            self._qualities[bits] = dict(found)
+        return self._qualities[bits]

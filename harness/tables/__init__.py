@@ -1,0 +1,251 @@
+"""Reproduced tables and figures: one file each, cases, columns and published values as data.
+
+A table is made from a run's records alone, any number of times. Each row has `status` (`ok`, `noisy`, `skipped`,
+`failed`) and `reason`; unknown values are None. `ratio_to_<subject>` says how many times faster the row is than that
+subject, taken turn by turn, with a 95 % bootstrap interval in `..._low` and `..._high`; it is None where either of
+the two failed its check or ran in batches.
+"""
+
+from __future__ import annotations
+
+import csv
+import importlib
+import io
+import pkgutil
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from lodbench.harness.group import Group
+from lodbench.harness.record import GroupRecord, RunRecord, SubjectRecord, plain, write_json
+from lodbench.harness.registry import closest
+from lodbench.harness.timing import noise, paired_ratio, summary, unpaired_ratio
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its key in every row, its label for people, its unit ("" for a count, "1" for a share)."""
+
+    key: str
+    label: str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A reproduced table.
+
+    Attributes:
+        id: the file's name.
+        source: paper and figure or section; with the published hardware when there are published values.
+        groups: quick -> what to measure.
+        rows: the run's record and this table's whole groups in it -> rows.
+        notes: what a reader must know, such as inconsistencies of the source.
+    """
+
+    id: str
+    title: str
+    source: str
+    groups: Callable[[bool], Sequence[Group]]
+    columns: Sequence[Column]
+    rows: Callable[[RunRecord, Sequence[GroupRecord]], list[Row]]
+    notes: Sequence[str] = field(default_factory=tuple)
+
+
+@cache
+def tables() -> dict[str, Table]:
+    """Every table of this package, by id."""
+    found = {}
+    for module in pkgutil.iter_modules(__path__):
+        table = getattr(importlib.import_module(f"{__name__}.{module.name}"), "TABLE", None)
+        if isinstance(table, Table):
+            found[table.id] = table
+    return found
+
+
+def table(name: str) -> Table:
+    """The table of this id.
+
+    Raises:
+        ValueError: no such table.
+    """
+    if name not in tables():
+        raise ValueError(closest("table", name, tables()))
+    return tables()[name]
+
+
+STATUS_COLUMNS = (Column("status", "status"), Column("reason", "reason"))
+WALL_COLUMNS = (
+    Column("wall_s", "median wall", "s"),
+    Column("wall_s_min", "least wall", "s"),
+    Column("wall_s_lower", "lower quartile", "s"),
+    Column("wall_s_upper", "upper quartile", "s"),
+    Column("samples", "n"),
+)
+QUALITY_COLUMNS = (
+    Column("rms_error", "RMS error", "1"),
+    Column("rms_error_back", "RMS error back", "1"),
+    Column("max_error", "largest error", "1"),
+    Column("open_edges", "open edges"),
+    Column("nonmanifold_edges", "non-manifold edges"),
+    Column("flipped_triangles", "flipped triangles"),
+)
+
+
+def ratio_columns(subjects: Iterable[str]) -> tuple[Column, ...]:
+    """The three columns of the ratio to each of these subjects."""
+    return tuple(
+        column
+        for name in subjects
+        for column in (
+            Column(f"ratio_to_{name}", f"times faster than {name}", "1"),
+            Column(f"ratio_to_{name}_low", f"... than {name}, low", "1"),
+            Column(f"ratio_to_{name}_high", f"... than {name}, high", "1"),
+        )
+    )
+
+
+def measured(group: GroupRecord, subject: SubjectRecord) -> Row:
+    """What every row says of its subject: names, status, wall and stage seconds, counts."""
+    wall = list(subject.wall_s.values())
+    status, reason = subject.status, subject.reason
+    if status == "ok":
+        why = noise(wall, [row["cpu_s"] for row in subject.samples], group.others)
+        if why:
+            status, reason = "noisy", why
+    row: Row = {
+        **group.facts,
+        "system": subject.label,
+        "status": status,
+        "reason": reason,
+        "triangles_out": subject.counters.get("triangles"),
+        "stored_vertices": subject.footprint.get("stored_vertices"),
+        "stored_bytes": subject.footprint.get("stored_bytes"),
+        "batches": subject.footprint.get("batches"),
+    }
+    walls, stages = summary(wall), summary(subject.stage_s())
+    row["wall_s"] = walls.median if walls else None
+    row["wall_s_min"] = walls.minimum if walls else None
+    row["wall_s_lower"] = walls.lower if walls else None
+    row["wall_s_upper"] = walls.upper if walls else None
+    row["samples"] = len(wall)
+    row["stage_s"] = stages.median if stages else None
+    row |= {column.key: (subject.quality or {}).get(column.key) for column in QUALITY_COLUMNS}
+    return row
+
+
+def counts(subject: SubjectRecord | None) -> bool:
+    """May this subject stand in a ratio: verified, measured, and not run in batches?"""
+    return (
+        subject is not None
+        and subject.status == "ok"
+        and bool(subject.samples)
+        and (subject.footprint.get("batches") or 1) == 1
+    )
+
+
+def ratios(
+    group: GroupRecord, subject: SubjectRecord, baselines: Iterable[str], seed: int = 0
+) -> Row:
+    """How many times faster `subject` is than each baseline of its group, with intervals."""
+    row: Row = {}
+    for name in baselines:
+        other = group.subjects.get(name)
+        ratio = None
+        if other is not None and name != subject.label and counts(subject) and counts(other):
+            theirs, ours = other.wall_s, subject.wall_s
+            ratio = paired_ratio(theirs, ours, seed)
+            if ratio is None:  # a subject over 30 s has one sample, in a turn of its own
+                ratio = unpaired_ratio(list(theirs.values()), list(ours.values()), seed)
+        row[f"ratio_to_{name}"] = ratio.median if ratio else None
+        row[f"ratio_to_{name}_low"] = ratio.low if ratio else None
+        row[f"ratio_to_{name}_high"] = ratio.high if ratio else None
+    return row
+
+
+def human(value: Any, unit: str = "") -> str:
+    """A value for people: four significant digits, seconds and bytes in a readable unit, None as a dash."""
+    if value is None or value == "":
+        return "–"
+    if isinstance(value, bool | str):
+        return str(value)
+    if isinstance(value, list | tuple):
+        return " x ".join(human(item) for item in value)
+    if unit == "s":
+        for scale, name in ((1.0, "s"), (1e-3, "ms")):
+            if abs(value) >= scale:
+                return f"{value / scale:.4g} {name}"
+        return f"{value / 1e-6:.4g} us"
+    if unit == "B":
+        for scale, name in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+            if abs(value) >= scale:
+                return f"{value / scale:.4g} {name}"
+        return f"{value:.4g} B"
+    if isinstance(value, int):
+        return f"{value:,}"
+    if abs(value) >= 1e5:
+        return f"{value:.4g}" if abs(value) >= 1e9 else f"{value:,.0f}"
+    return f"{value:.4g}"
+
+
+def document(table: Table, run: RunRecord) -> dict[str, Any]:
+    """The table as it is written: every row has every column's key."""
+    rows = table.rows(run, run.of_table(table.id))
+    columns = [*table.columns]
+    have = {column.key for column in columns}
+    columns += [column for column in STATUS_COLUMNS if column.key not in have]
+    keys = [column.key for column in columns]
+    return {
+        "id": table.id,
+        "title": table.title,
+        "source": table.source,
+        "device": run.environment["device"]["name"],
+        "columns": [plain(column) for column in columns],
+        "rows": [plain({key: row.get(key) for key in keys}) for row in rows],
+        "notes": list(table.notes),
+    }
+
+
+def markdown(made: Mapping[str, Any]) -> str:
+    """The document as Markdown; columns without a single value are left out."""
+    columns = [
+        column
+        for column in made["columns"]
+        if any(row[column["key"]] not in (None, "") for row in made["rows"])
+    ]
+    lines = [f"# {made['title']}", "", f"{made['source']}. Device: {made['device']}.", ""]
+    if made["rows"]:
+        lines.append("| " + " | ".join(column["label"] for column in columns) + " |")
+        lines.append("|" + " --- |" * len(columns))
+    for row in made["rows"]:
+        cells = [human(row[column["key"]], column["unit"]) for column in columns]
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    if made["notes"]:
+        lines += ["", *(f"- {note}" for note in made["notes"])]
+    return "\n".join(lines) + "\n"
+
+
+def comma_separated(made: Mapping[str, Any]) -> str:
+    """The document's rows as CSV, in full precision; None is empty."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    keys = [column["key"] for column in made["columns"]]
+    writer.writerow(keys)
+    for row in made["rows"]:
+        writer.writerow("" if row[key] is None else row[key] for key in keys)
+    return text.getvalue()
+
+
+def write(table: Table, run: RunRecord) -> dict[str, Any]:
+    """Write `tables/<id>.json`, `.md` and `.csv` into the run's folder; returns the document."""
+    made = document(table, run)
+    folder = Path(run.folder) / "tables"
+    folder.mkdir(parents=True, exist_ok=True)
+    write_json(folder / f"{table.id}.json", made)
+    (folder / f"{table.id}.md").write_text(markdown(made))
+    (folder / f"{table.id}.csv").write_text(comma_separated(made))
+    return made

@@ -1,0 +1,259 @@
+"""Interleaved sampling, and what the samples say: summaries, ratios taken pair by pair, noise."""
+
+from __future__ import annotations
+
+import gc
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import psutil
+from scipy import stats
+
+from lodbench.kernels.system import Timeline
+
+WARMUPS = 3  # turns before the first counted sample, for subjects under SLOW_S
+SAMPLES = 10  # the least number of counted samples of such a subject
+MOST_SAMPLES = 40  # quick subjects take more, until this many or QUICK_S of their own time
+QUICK_S = 0.6
+SLOW_S, SLOW_SAMPLES = 2.0, 3
+VERY_SLOW_S = 30.0  # one sample, and no warm-up of its own
+
+NOISY_SPREAD = 0.10  # relative spread (1.4826 x median absolute deviation / median) of a noisy row
+NOISY_CPU = (
+    0.75  # a sample whose CPU time per wall time is below this share of the subject's median
+)
+NOISY_OTHERS = 0.15  # share of the machine's CPU time taken by other processes during the group
+
+RESAMPLES = 2000  # of a bootstrap
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One timed frame.
+
+    `turn` counts the rounds of the interleaving, warm-ups included, so that equal turns are neighbours in time.
+    `cpu_s` is the process's CPU time over all threads; `load` the machine's one-minute load average.
+    """
+
+    subject: str
+    turn: int
+    warmup: bool
+    wall_s: float
+    cpu_s: float
+    load: float | None
+    stage_s: Mapping[str, float] = field(default_factory=dict)
+
+
+def load_average() -> float | None:
+    """The one-minute load average, or None where the system has none."""
+    return round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    gc.collect()
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def quota(wall_s: float, samples: int | None) -> tuple[int, int]:
+    """(warm-ups, counted samples) of a subject whose first turn took `wall_s`.
+
+    `samples` asks for an exact number; slow subjects still take fewer.
+    """
+    if wall_s > VERY_SLOW_S:
+        return 0, 1
+    if wall_s > SLOW_S:
+        return 1, min(samples or SLOW_SAMPLES, SLOW_SAMPLES)
+    if samples is not None:
+        return WARMUPS, samples
+    return WARMUPS, int(np.clip(QUICK_S / max(wall_s, 1e-9), SAMPLES, MOST_SAMPLES))
+
+
+Frames = Callable[[], Timeline | None]
+
+
+def take(subject: str, frame: Frames, turn: int, warmup: bool) -> Sample | None:
+    """One frame of one subject, timed; None when the frame gave up."""
+    with _no_collection():
+        cpu = time.process_time()
+        timeline = frame()
+        cpu = time.process_time() - cpu
+    if timeline is None:
+        return None
+    return Sample(
+        subject, turn, warmup, timeline.wall_s, cpu, load_average(), dict(timeline.stage_s)
+    )
+
+
+def interleave(
+    frames: Mapping[str, Frames],
+    first_s: Mapping[str, float],
+    *,
+    samples: int | None = None,
+    budget_s: float | None = None,
+) -> Iterator[Sample]:
+    """Samples of all subjects in turns A B A B ..., each as soon as it is taken.
+
+    Args:
+        frames: one call per subject that runs one frame and waits for it; one that returns None takes no more turns.
+        first_s: wall seconds of each subject's first frame, run before; decides how many samples it takes. That
+            frame counts as the first warm-up, and as the only sample of a subject over 30 s.
+        samples: counted samples per subject; None takes at least 10, more of quick subjects.
+        budget_s: no new turn once this much time is spent and every subject has a counted sample.
+
+    Turn 0 is the first frame, which the caller has run.
+    """
+    quotas = {name: quota(first_s[name], samples) for name in frames}
+    quotas = {name: (warmups, n) for name, (warmups, n) in quotas.items() if warmups}
+    offset = max((warmups for warmups, _ in quotas.values()), default=0)
+    most = max((n for _, n in quotas.values()), default=0)
+    start = time.perf_counter()
+    for turn in range(1, offset + most):
+        counted = turn >= offset
+        if counted and turn > offset and budget_s is not None:
+            if time.perf_counter() - start > budget_s:
+                return
+        for name, (warmups, n) in list(quotas.items()):
+            if offset - warmups < turn < offset + n:  # all subjects start to count at one turn
+                sample = take(name, frames[name], turn, warmup=not counted)
+                if sample is None:
+                    del quotas[name]
+                else:
+                    yield sample
+
+
+class OtherLoad:
+    """The share of the machine's CPU time that other processes took since this was made."""
+
+    def __init__(self) -> None:
+        self._machine = psutil.cpu_times()
+        self._own = time.process_time()
+
+    def share(self) -> float:
+        now = psutil.cpu_times()
+        total = sum(now) - sum(self._machine)
+        idle = sum(
+            getattr(now, name, 0.0) - getattr(self._machine, name, 0.0)
+            for name in ("idle", "iowait")
+        )
+        own = time.process_time() - self._own
+        # guest time is counted within user time on Linux; it only makes the share more cautious
+        return round(float(np.clip((total - idle - own) / total, 0, 1)), 3) if total > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Median, minimum, quartiles and number of some seconds; `few` when there are too few to say much."""
+
+    n: int
+    median: float
+    minimum: float
+    lower: float
+    upper: float
+
+    @property
+    def few(self) -> bool:
+        return self.n < SAMPLES
+
+
+def summary(values: Sequence[float]) -> Summary | None:
+    """The summary of `values`, or None without any."""
+    if not len(values):
+        return None
+    low, middle, high = np.percentile(values, (25, 50, 75))
+    return Summary(len(values), float(middle), float(min(values)), float(low), float(high))
+
+
+def spread(values: Sequence[float]) -> float:
+    """Relative spread: 1.4826 x median absolute deviation / median, a robust standard deviation."""
+    middle = float(np.median(values))
+    return 1.4826 * float(stats.median_abs_deviation(values)) / middle if middle else 0.0
+
+
+def noise(wall_s: Sequence[float], cpu_s: Sequence[float], others: float) -> str:
+    """Why these samples are noisy, or "" when they are not."""
+    reasons = []
+    if len(wall_s) > 1 and spread(wall_s) > NOISY_SPREAD:
+        reasons.append(f"spread {spread(wall_s):.0%}")
+    busy = np.asarray(cpu_s) / np.maximum(wall_s, 1e-9)
+    starved = int(np.sum(busy < NOISY_CPU * np.median(busy))) if len(busy) else 0
+    # CPU clocks tick coarsely on some systems: frames under a millisecond say nothing
+    if len(wall_s) and np.median(wall_s) > 1e-3 and 4 * starved > len(busy):
+        reasons.append(f"{starved} of {len(busy)} samples got less CPU time than the rest")
+    if others > NOISY_OTHERS:
+        reasons.append(f"other processes took {others:.0%} of the machine")
+    return ", ".join(reasons)
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """A ratio of two times, with a 95 % bootstrap interval (None with fewer than 3 values)."""
+
+    n: int
+    median: float
+    low: float | None
+    high: float | None
+
+
+def _interval(data: tuple[np.ndarray, ...], statistic: Callable[..., np.ndarray], seed: int):
+    options: dict[str, Any] = {
+        "n_resamples": RESAMPLES,
+        "confidence_level": CONFIDENCE,
+        "method": "percentile",
+        "vectorized": True,
+        "random_state": np.random.default_rng(seed),  # named rng from scipy 1.15 on; both are taken
+    }
+    result = stats.bootstrap(data, statistic, **options).confidence_interval
+    return float(result.low), float(result.high)
+
+
+def paired_ratio(a: Mapping[int, float], b: Mapping[int, float], seed: int = 0) -> Ratio | None:
+    """Median over turns of a / b, both taken in the same turn; None when no turn has both."""
+    turns = sorted(set(a) & set(b))
+    if not turns:
+        return None
+    pairs = np.array([a[turn] / b[turn] for turn in turns])
+    low = high = None
+    if len(pairs) >= SLOW_SAMPLES:
+        low, high = _interval((pairs,), np.median, seed)
+    return Ratio(len(pairs), float(np.median(pairs)), low, high)
+
+
+def unpaired_ratio(a: Sequence[float], b: Sequence[float], seed: int = 0) -> Ratio | None:
+    """Median of `a` over median of `b`, from samples taken at different times; None without samples."""
+    if not len(a) or not len(b):
+        return None
+
+    def statistic(x: np.ndarray, y: np.ndarray, axis: int = -1) -> np.ndarray:
+        return np.median(x, axis=axis) / np.median(y, axis=axis)
+
+    low = high = None
+    if min(len(a), len(b)) >= SLOW_SAMPLES:
+        low, high = _interval((np.asarray(a), np.asarray(b)), statistic, seed)
+    return Ratio(min(len(a), len(b)), float(np.median(a) / np.median(b)), low, high)
+
+
+def log_slope(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, float] | None:
+    """(slope, low, high) of log y against log x, 95 % interval; None with fewer than 2 distinct x.
+
+    With two points the line fits exactly and the interval is the slope itself.
+    """
+    if len(set(x)) < 2:
+        return None
+    slope, _, _, _, error = stats.linregress(np.log(x), np.log(y))
+    half = 0.0
+    if len(x) > 2:
+        half = float(stats.t.ppf(0.5 + CONFIDENCE / 2, len(x) - 2) * error)
+    return float(slope), float(slope) - half, float(slope) + half

@@ -1,0 +1,134 @@
+"""A host subject whose result, verdict and slowness a test chooses, and what `lodbench` needs to find it."""
+
+import time
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+
+from lodbench.datasets_gen import catalogue
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.harness import limits, registry, tables
+from lodbench.harness.group import Group, Subject
+from lodbench.harness.tables import Column, Table, measured, ratio_columns, ratios
+from lodbench.kernels.device import DeviceError, Unsupported
+from lodbench.kernels.system import Check, Footprint, System, Timeline, Traffic
+
+TETRAHEDRON = TriangleMesh(
+    np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),
+    np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]),
+)
+LIMITS = SimpleNamespace(fill=1.0)
+
+
+@dataclass(frozen=True)
+class Params:
+    size: int = 1
+    seconds: float = 0.0
+    outcome: str = "ok"  # or wrong, unsupported, missing, crash, late crash
+
+    def __post_init__(self):
+        if self.size < 1:
+            raise ValueError(f"size: expected at least 1, got {self.size}")
+
+
+class Fake:
+    output = None
+
+    def __init__(self, device, surface, params):
+        self.params, self.mesh, self.frames = params, surface, 0
+        self.setup = Timeline()
+        with self.setup.host("build"):
+            pass
+        if params.outcome == "unsupported":
+            raise Unsupported("needs wings, device has none")
+        if params.outcome == "missing":
+            raise ImportError("No module named 'wings'")
+        if params.outcome == "crash":
+            raise DeviceError("a command failed")
+
+    def enqueue(self, frame, timeline):
+        self.frames += 1
+        if self.params.outcome == "late crash" and self.frames > 4:
+            raise DeviceError("a command failed")
+        with timeline.host("call"):
+            time.sleep(self.params.seconds)
+
+    def result(self):
+        return [self.mesh]
+
+    def check(self):
+        return Check(self.params.outcome != "wrong", "difference", 1.0, 0.5)
+
+    def counters(self):
+        return {"triangles": 4 * self.params.size, "vertices": 4}
+
+    def footprint(self):
+        return Footprint(stored_vertices=4, stored_bytes=48)
+
+    def traffic(self):
+        return {"call": Traffic(48)}
+
+
+def make(name, **cases):
+    return System(
+        name=name,
+        family="fakes",
+        source="a test",
+        takes=(TriangleMesh,),
+        prepare=Fake,
+        cases=cases or {"default": Params()},
+        runs_on="host",
+    )
+
+
+SYSTEMS = {name: make(name) for name in ("fake", "other")}
+
+
+def table(seconds=0.0, datasets=("one", "two", "three")):
+    def groups(quick):
+        return [
+            Group(
+                dataset,
+                (
+                    Subject("fake", {"seconds": seconds}),
+                    Subject("other", {"seconds": seconds, "size": 2}),
+                    Subject("other", {"outcome": "wrong"}, label="wrong"),
+                ),
+                {"cells": 8},
+            )
+            for dataset in datasets
+        ]
+
+    def rows(run, records):
+        return [
+            measured(group, subject) | ratios(group, subject, ["other"])
+            for group in records
+            for subject in group.subjects.values()
+        ]
+
+    columns = (
+        Column("dataset", "dataset"),
+        Column("system", "system"),
+        Column("triangles_out", "triangles out"),
+        Column("wall_s", "median wall", "s"),
+        *ratio_columns(["other"]),
+    )
+    return Table("fake_table", "A fake table", "nobody 1999", groups, columns, rows, ("a note",))
+
+
+def install(patch=setattr, seconds=0.0):
+    """Put the fakes in place of the registry, the catalogue, the tables and the limits."""
+    made = table(seconds)
+    patch(registry, "registry", lambda: registry.Registry(dict(SYSTEMS), {"gone": "no package"}))
+    patch(catalogue, "names", lambda: ["one", "two", "three"])
+    patch(
+        catalogue,
+        "load",
+        lambda name: SimpleNamespace(
+            name=name, surface=TETRAHEDRON, kind="triangles", standin=False, note=""
+        ),
+    )
+    patch(tables, "tables", lambda: {made.id: made})
+    patch(limits, "measure", lambda device: LIMITS)
+    return made

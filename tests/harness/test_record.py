@@ -1,0 +1,110 @@
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lodbench.harness import record
+from lodbench.harness.record import Writer, attempts, plain, read_rows, read_run
+
+BEGIN = {"table": "t", "name": "n", "dataset": "d", "device": "x", "facts": {}, "config": {}}
+
+
+def begin(writer, group="g", attempt=0):
+    writer.write("begin", group=group, attempt=attempt, **BEGIN)
+
+
+def sample(writer, turn, attempt=0, warmup=False):
+    writer.write(
+        "sample", group="g", attempt=attempt, subject="a", turn=turn, warmup=warmup, wall_s=1.0 * turn,
+        cpu_s=1.0, load=0.0, stage_s={"x": 0.25, "y": 0.5},
+    )  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path):
+    record.write_json(tmp_path / "run.json", {"schema": record.SCHEMA})
+    return tmp_path
+
+
+def test_plain_turns_everything_into_json():
+    @dataclass
+    class Inner:
+        values: tuple
+        bad: float
+
+    value = {
+        "a": Inner((np.float32(1.5), np.int64(2)), float("nan")),
+        3: np.arange(2),
+        "p": Path("x"),
+    }
+    assert plain(value) == {"a": {"values": [1.5, 2], "bad": None}, "3": [0, 1], "p": "x"}
+    json.dumps(plain(value), allow_nan=False)
+
+
+def test_config_hash_ignores_order_and_tells_values_apart():
+    assert record.config_hash({"a": 1, "b": (2,)}) == record.config_hash({"b": [2], "a": 1})
+    assert record.config_hash({"a": 1}) != record.config_hash({"a": 2})
+
+
+def test_reading_drops_a_torn_last_line_and_writing_goes_on_behind_it(folder):
+    writer = Writer(folder)
+    begin(writer)
+    writer.close()
+    path = folder / record.SAMPLES
+    whole = path.read_bytes()
+    path.write_bytes(whole + b'{"kind": "sample", "gro')
+    assert len(read_rows(path)) == 1
+    writer = Writer(folder)
+    sample(writer, 1)
+    assert [row["kind"] for row in read_rows(path)] == ["begin", "sample"]
+    assert path.read_bytes().startswith(whole)
+
+
+def test_reading_refuses_garbage_before_the_last_line(folder):
+    (folder / record.SAMPLES).write_bytes(b'{"kind": "limits"}\nnonsense\n{"kind": "limits"}\n')
+    with pytest.raises(ValueError, match="line 2"):
+        read_rows(folder / record.SAMPLES)
+
+
+def test_only_whole_groups_count_and_superseded_samples_stay_out(folder):
+    writer = Writer(folder)
+    begin(writer)
+    sample(writer, 3)
+    assert attempts(folder) == (set(), {"g": [0]})
+    assert read_run(folder).groups == []
+    writer.write("superseded", group="g", attempt=0)
+    begin(writer, attempt=1)
+    sample(writer, 0, attempt=1, warmup=True)
+    sample(writer, 5, attempt=1)
+    writer.write("subject", group="g", attempt=1, subject="a", status="ok", reason="")
+    writer.write("end", group="g", attempt=1, others=0.5)
+    assert attempts(folder) == ({"g"}, {"g": []})
+    (group,) = read_run(folder).of_table("t")
+    assert group.others == 0.5
+    subject = group.subjects["a"]
+    assert subject.status == "ok"
+    assert subject.wall_s == {5: 5.0}
+    assert len(subject.warmups) == 1
+    assert subject.stages == ["x", "y"]
+    assert (subject.stage_s("x"), subject.stage_s()) == ([0.25], [0.75])
+
+
+def test_read_run_refuses_other_folders_and_schemas(tmp_path):
+    with pytest.raises(ValueError, match=r"expected a folder with run\.json"):
+        read_run(tmp_path)
+    record.write_json(tmp_path / "run.json", {"schema": record.SCHEMA + 1})
+    with pytest.raises(ValueError, match="expected schema"):
+        read_run(tmp_path)
+
+
+def test_write_json_leaves_the_old_file_when_the_value_cannot_be_written(tmp_path):
+    path = tmp_path / "x.json"
+    record.write_json(path, {"a": 1})
+    with pytest.raises(RecursionError):
+        loop = []
+        loop.append(loop)
+        record.write_json(path, loop)
+    assert json.loads(path.read_text()) == {"a": 1}
+    assert list(tmp_path.iterdir()) == [path]
