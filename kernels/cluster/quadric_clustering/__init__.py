@@ -1,0 +1,84 @@
+"""Quadric vertex clustering: one vertex per grid cell, where the planes of the cell's triangles meet best.
+
+Each triangle adds a third of its area times the squared distance to its plane to the cells of its corners; each cell's
+representative minimises its sum; a triangle survives when its corners lie in three cells. Output triangles keep the
+input's order; output vertices are the cells that a surviving triangle uses, in ascending cell order, so that no vertex
+comes out unused and none that no triangle refers to pulls on anything (it does stretch the box).
+
+Where the paper accumulates in render targets over the whole grid, the cluster map here holds occupied cells alone, and
+pass 3 rides along with pass 1. The paper solves where det(A) > 1e-11; that holds in few cells of most meshes and gives
+the plain average in the others, so the default regularises the solve instead (reconstruction).
+
+Source: DeCoro & Tatarchuk, Real-time Mesh Simplification Using the GPU, I3D 2007, slides 10-17; Lindstrom 2000,
+Out-of-Core Simplification of Large Polygonal Models.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.grid import Cells, check_cells
+from lodbench.kernels.cluster.quadric_clustering.host import QuadricClustering, prepare
+from lodbench.kernels.system import System
+
+__all__ = ["Params", "SYSTEM", "QuadricClustering"]
+
+
+@dataclass(frozen=True)
+class Params:
+    """How to simplify.
+
+    Attributes:
+        cells: cubic cells along the longest box edge (a real number: the last cell is cut), or (nx, ny, nz); at most
+            2**27 in all.
+        placement: "robust", the minimum regularised towards the mean of the corners with 1e-3 of the trace, with 1e-2
+            and 1e-1 where the step is longer than a cell, else the mean; "paper", the minimum where det(A) > 1e-11 in a
+            unit box, else the mean; "average", the mean of the corners.
+        strategy: "fused", passes 1 and 3 in one walk over the triangles; "separate", three passes timed apart. Both
+            give the same triangles and bits.
+        accumulate: "private", one float map per share of the triangles, added up at the end; "fixed_point", one map of
+            64-bit integers and atomics, always in separate passes; "auto": private on a CPU. Each gives the same bits
+            on every run; fixed_point also for any order of the triangles.
+        chunks: private maps, 1 to 4; the number decides how sums are rounded, so it belongs to the parameters.
+        remove_duplicates: keep only the first of output triangles with the same three vertices, whichever way they face.
+    """
+
+    cells: Cells = 64
+    placement: str = "robust"
+    strategy: str = "fused"
+    accumulate: str = "auto"
+    chunks: int = 2
+    remove_duplicates: bool = False
+
+    def __post_init__(self) -> None:
+        check_cells(self.cells)
+        for name, allowed in (
+            ("placement", ("robust", "paper", "average")),
+            ("strategy", ("fused", "separate")),
+            ("accumulate", ("auto", "private", "fixed_point")),
+        ):
+            if getattr(self, name) not in allowed:
+                expected = ", ".join(allowed)
+                raise ValueError(f"{name}: expected one of {expected}, got {getattr(self, name)!r}")
+        if not 1 <= self.chunks <= 4:
+            raise ValueError(f"chunks: expected 1 to 4, got {self.chunks}")
+
+
+SYSTEM = System(
+    name="quadric_clustering",
+    family="cluster",
+    source="DeCoro & Tatarchuk 2007, slides 10-17",
+    takes=(TriangleMesh,),
+    prepare=prepare,
+    cases={
+        "cells_64": Params(64),
+        "cells_30": Params(30),
+        "cells_124": Params(124),
+        "average_64": Params(64, placement="average"),
+        "paper_64": Params(64, placement="paper"),
+        "separate_64": Params(64, strategy="separate"),
+        "fixed_point_64": Params(64, accumulate="fixed_point"),
+        "no_duplicates_64": Params(64, remove_duplicates=True),
+    },
+)

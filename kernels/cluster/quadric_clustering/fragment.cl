@@ -1,0 +1,170 @@
+// Quadric vertex clustering, fragment stage: where does each cell's representative go?
+//
+// Source    DeCoro & Tatarchuk 2007, slides 14-15 (optimal positions); the regularised cascade is a reconstruction
+// Work      1-D, one item per chunk of occupied cells, eight cells at a time
+// Reads     maps        float[16 * capacity * map_count]  per cell: xx xy xz yy yz zz x y | z, surviving corners, 0 0, corner sum x y z, corners
+//           sums        long[14 * capacity]               the same, xx .. z, corner sum, corners, surviving corners, in fixed point
+//           state       uint[4]                           [0]: occupied cells
+// Writes    solved      float4[capacity]                  x y z in units of the largest cell edge, kind; kind 0: not used by any triangle
+//           chunk_sums  uint[chunk_count]                 used cells
+//           new_ranks   uint[capacity]                    the cell's output vertex, 0xFFFFFFFF where not used
+//           vertices    float[3 * capacity]               model units
+//           counts      uint[2]                           [0]: output vertices
+// Needs     common/chunk.cl common/quadric.cl
+
+#define PLACE_ROBUST 0
+#define PLACE_PAPER 1
+#define LANES 16
+#define CELLS 8
+
+// the sums of eight cells, LANES floats each, to eight representatives
+static inline uint fragment_place(
+    const float *sums, __global float4 *restrict solved, const uint first, const uint live, const uint placement, const float per_box)
+{
+#define COLUMN(lane)                                                                                                   \
+    (float8)(sums[lane], sums[LANES + lane], sums[2 * LANES + lane], sums[3 * LANES + lane],                           \
+        sums[4 * LANES + lane], sums[5 * LANES + lane], sums[6 * LANES + lane], sums[7 * LANES + lane])
+    const float8 used = COLUMN(9), corners = COLUMN(15), each = 1.0f / max(corners, (float8)(1.0f));
+    const float8 mx = COLUMN(12) * each, my = COLUMN(13) * each, mz = COLUMN(14) * each;
+    quadric8 q = {COLUMN(0), COLUMN(1), COLUMN(2), COLUMN(3), COLUMN(4), COLUMN(5), COLUMN(6), COLUMN(7), COLUMN(8)};
+#undef COLUMN
+    q.x += q.xx * mx + q.xy * my + q.xz * mz;
+    q.y += q.xy * mx + q.yy * my + q.yz * mz;
+    q.z += q.xz * mx + q.yz * my + q.zz * mz;
+
+    float8 dx = 0, dy = 0, dz = 0, kind = 1; // kind 1: the mean
+    float8 determinant;
+    const float8 trace = q.xx + q.yy + q.zz;
+    if (placement == PLACE_ROBUST) {
+        const float8 scale = 1.0f / max(trace, (float8)(1e-30f));
+        q.xx *= scale, q.xy *= scale, q.xz *= scale, q.yy *= scale, q.yz *= scale, q.zz *= scale;
+        q.x *= scale, q.y *= scale, q.z *= scale;
+        int8 open = trace > (float8)(1e-30f);
+        float ridge = 1e-3f;
+        for (int attempt = 0; attempt < 3 && !quadric_all8(~open); ++attempt) {
+            const quadric_point8 s = quadric_step8(q, (float8)(ridge), &determinant);
+            const int8 taken = open & quadric_short8(s, 1.0f);
+            dx = taken ? s.x : dx;
+            dy = taken ? s.y : dy;
+            dz = taken ? s.z : dz;
+            kind = taken ? (float8)(2.0f + attempt) : kind;
+            open &= ~taken;
+            ridge *= 10.0f;
+        }
+    } else if (placement == PLACE_PAPER) {
+        // the slides' threshold belongs to a mesh whose longest box edge is 1: areas in those units
+        const float8 scale = (float8)(per_box * per_box);
+        q.xx *= scale, q.xy *= scale, q.xz *= scale, q.yy *= scale, q.yz *= scale, q.zz *= scale;
+        q.x *= scale, q.y *= scale, q.z *= scale;
+        const quadric_point8 s = quadric_step8(q, (float8)(0.0f), &determinant);
+        const int8 taken = (determinant > 1e-11f) & (fabs(s.x) + fabs(s.y) + fabs(s.z) < (float8)(1e30f));
+        dx = taken ? s.x : dx;
+        dy = taken ? s.y : dy;
+        dz = taken ? s.z : dz;
+        kind = taken ? (float8)(2.0f) : kind;
+    }
+    kind = used > (float8)(0.0f) ? kind : (float8)(0.0f);
+    float rows[4][CELLS];
+    vstore8(mx + dx, 0, rows[0]);
+    vstore8(my + dy, 0, rows[1]);
+    vstore8(mz + dz, 0, rows[2]);
+    vstore8(kind, 0, rows[3]);
+    uint count = 0;
+    for (uint j = 0; j < live; ++j) {
+        solved[first + j] = (float4)(rows[0][j], rows[1][j], rows[2][j], rows[3][j]);
+        count += rows[3][j] > 0.0f;
+    }
+    return count;
+}
+
+__kernel void quadric_clustering_fragment_solve(
+    __global const float16 *restrict maps,
+    __global const uint *restrict state,
+    __global float4 *restrict solved,
+    __global uint *restrict chunk_sums,
+    const float per_box,
+    const uint placement,
+    const uint map_count,
+    const uint capacity,
+    const uint chunk_count)
+{
+    const uint chunk = get_global_id(0);
+    if (chunk >= chunk_count) return;
+
+    const uint2 rows = chunk_rows(chunk, chunk_count, min(state[0], capacity));
+    uint count = 0;
+    for (uint s = rows.x; s < rows.y; s += CELLS) {
+        float sums[CELLS * LANES];
+        for (uint j = 0; j < CELLS; ++j) {
+            const size_t cell = min(s + j, rows.y - 1);
+            float16 sum = maps[cell];
+            for (uint map = 1; map < map_count; ++map) sum += maps[map * (size_t)capacity + cell];
+            vstore16(sum, j, sums);
+        }
+        count += fragment_place(sums, solved, s, min(rows.y - s, (uint)CELLS), placement, per_box);
+    }
+    chunk_sums[chunk] = count;
+}
+
+__kernel void quadric_clustering_fragment_solve_fixed_point(
+    __global const long *restrict sums,
+    __global const uint *restrict state,
+    __global float4 *restrict solved,
+    __global uint *restrict chunk_sums,
+    const float4 inverse_scale, // of A, of b, of positions
+    const float per_box,
+    const uint placement,
+    const uint capacity,
+    const uint chunk_count)
+{
+    const uint chunk = get_global_id(0);
+    if (chunk >= chunk_count) return;
+
+    const uint2 rows = chunk_rows(chunk, chunk_count, min(state[0], capacity));
+    uint count = 0;
+    for (uint s = rows.x; s < rows.y; s += CELLS) {
+        float floats[CELLS * LANES];
+        for (uint j = 0; j < CELLS; ++j) {
+            __global const long *sum = sums + 14 * (size_t)min(s + j, rows.y - 1);
+            float *lane = floats + LANES * j;
+            for (uint i = 0; i < 6; ++i) lane[i] = (float)sum[i] * inverse_scale.x;
+            for (uint i = 6; i < 9; ++i) lane[i] = (float)sum[i] * inverse_scale.y;
+            for (uint i = 0; i < 3; ++i) lane[12 + i] = (float)sum[9 + i] * inverse_scale.z;
+            lane[15] = (float)sum[12];
+            lane[9] = (float)sum[13];
+            lane[10] = lane[11] = 0.0f;
+        }
+        count += fragment_place(floats, solved, s, min(rows.y - s, (uint)CELLS), placement, per_box);
+    }
+    chunk_sums[chunk] = count;
+}
+
+__kernel void quadric_clustering_fragment_compact(
+    __global const float4 *restrict solved,
+    __global const uint *restrict state,
+    __global const uint *restrict chunk_sums,
+    __global uint *restrict new_ranks,
+    __global float *restrict vertices,
+    __global uint *restrict counts,
+    const float4 low,
+    const float2 to_model, // x: low.w model units per unit, y: 1 / low.w
+    const uint capacity,
+    const uint chunk_count)
+{
+    const uint chunk = get_global_id(0);
+    if (chunk >= chunk_count) return;
+
+    uint rank = chunk_sum_before(chunk, chunk_sums);
+    const uint2 rows = chunk_rows(chunk, chunk_count, min(state[0], capacity));
+    for (uint s = rows.x; s < rows.y; ++s) {
+        const float4 p = solved[s];
+        if (p.w > 0.0f) {
+            // a box as wide as float32 itself: a step past it stays finite
+            vstore3(clamp((p.xyz * to_model.x + low.xyz) * to_model.y, -3.4e38f, 3.4e38f), rank, vertices);
+            new_ranks[s] = rank++;
+        } else {
+            new_ranks[s] = 0xFFFFFFFFu;
+        }
+    }
+    if (chunk == chunk_count - 1) counts[0] = rank;
+}

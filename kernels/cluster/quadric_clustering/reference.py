@@ -1,0 +1,153 @@
+"""Quadric vertex clustering in float64, written for reading; only the cell of a vertex is decided in float32."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.grid import Grid
+
+if TYPE_CHECKING:
+    from lodbench.kernels.cluster.quadric_clustering import Params
+
+NO_VERTEX = np.uint32(0xFFFFFFFF)
+KINDS = ("mean", "solved_1e-3", "solved_1e-2", "solved_1e-1")
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A simplified mesh with what led to it; one row per output vertex where the shape says n.
+
+    Attributes:
+        mesh: positions (n, 3), triangles in input order.
+        grid: the grid used.
+        points: representatives in units of the largest cell edge, (n, 3) float64.
+        means: means of the corners in each cell, in the same units, (n, 3) float64.
+        A: summed quadrics' matrices, (n, 3, 3) float64.
+        b: their vectors, relative to `means`, (n, 3) float64.
+        kinds: index into KINDS of how each was placed, (n,).
+        vertex_map: output vertex of each input vertex, 0xFFFFFFFF where none, uint32.
+    """
+
+    mesh: TriangleMesh
+    grid: Grid
+    points: NDArray[np.float64]
+    means: NDArray[np.float64]
+    A: NDArray[np.float64]
+    b: NDArray[np.float64]
+    kinds: NDArray[np.int64]
+    vertex_map: NDArray[np.uint32]
+
+
+def simplify(mesh: TriangleMesh, params: Params) -> Reference:
+    """The mesh with one vertex per used cell of the grid.
+
+    Source: DeCoro & Tatarchuk 2007, slides 12, 15 and 17; Lindstrom 2000 for the solve around the mean.
+    """
+    grid = Grid.over(*mesh.box, params.cells)
+    points32 = grid.points(mesh.positions)
+    cells = grid.cells_of(points32)
+    points = points32.astype(np.float64)
+
+    # pass 3: a triangle survives when its corners lie in three cells; its cells are used
+    corners = cells[mesh.triangles].reshape(-1, 3)
+    a, b, c = corners.T
+    survivors = corners[(a != b) & (b != c) & (c != a)]
+    used, triangles = np.unique(survivors, return_inverse=True)
+    triangles = triangles.reshape(-1, 3)
+
+    # pass 1: area/3 [n; d][n; d]^T and the corner's position go to the cell of each corner
+    A, b_sum, position_sum, count = accumulate(points, mesh.triangles, corners, used)
+
+    # pass 2
+    means = position_sum / np.maximum(count, 1)[:, None]
+    b_mean = np.einsum("nij,nj->ni", A, means) + b_sum
+    steps, kinds = place(A, b_mean, params.placement, 1 / grid.extent if grid.extent else 1.0)
+
+    if params.remove_duplicates:
+        keys = np.sort(triangles, axis=1)
+        _, first = np.unique(keys, axis=0, return_index=True)
+        triangles = triangles[np.sort(first)]
+    row = np.searchsorted(used, cells)
+    row[row == len(used)] = 0
+    found = used[row] == cells if len(used) else np.zeros(len(cells), bool)
+    return Reference(
+        mesh=TriangleMesh(grid.positions(means + steps), triangles),
+        grid=grid,
+        points=means + steps,
+        means=means,
+        A=A,
+        b=b_mean,
+        kinds=kinds,
+        vertex_map=np.where(found, row, NO_VERTEX).astype(np.uint32),
+    )
+
+
+def accumulate(
+    points: NDArray[np.float64],
+    triangles: NDArray[np.uint32],
+    corners: NDArray[np.int64],
+    used: NDArray[np.int64],
+) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Sums over the corners in each used cell: A (n, 3, 3), b (n, 3), positions (n, 3), corners (n,).
+
+    Source: DeCoro & Tatarchuk 2007, slide 12. Two corners in a cell count twice.
+    """
+    p0, p1, p2 = (points[triangles[:, corner]] for corner in range(3))
+    m = np.cross(p1 - p0, p2 - p0)
+    length = np.linalg.norm(m, axis=1)
+    # no area, no plane: such a triangle counts at its corners alone
+    normal = m / np.where(length > 0, length, 1)[:, None]
+    area = length / 6  # a third of the triangle's
+    distance = -np.einsum("ni,ni->n", normal, p0)
+    A_triangle = area[:, None, None] * normal[:, :, None] * normal[:, None, :]
+    b_triangle = (area * distance)[:, None] * normal
+
+    n = len(used)
+    A, b, position = np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros((n, 3))
+    count = np.zeros(n)
+    for corner in range(3):
+        row = np.searchsorted(used, corners[:, corner])
+        row[row == n] = 0
+        inside = used[row] == corners[:, corner] if n else np.zeros(len(row), bool)
+        row = row[inside]
+        count += np.bincount(row, minlength=n)
+        at = points[triangles[inside, corner]]
+        for i in range(3):
+            position[:, i] += np.bincount(row, at[:, i], n)
+            b[:, i] += np.bincount(row, b_triangle[inside, i], n)
+            for j in range(3):
+                A[:, i, j] += np.bincount(row, A_triangle[inside, i, j], n)
+    return A, b, position, count
+
+
+def place(
+    A: NDArray[np.float64], b: NDArray[np.float64], placement: str, per_box: float
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Steps from the mean (n, 3) and index into KINDS (n,), for quadrics about the mean.
+
+    Source: DeCoro & Tatarchuk 2007, slide 15 for "paper"; the cascade is a reconstruction.
+    """
+    steps, kinds = np.zeros_like(b), np.zeros(len(b), np.int64)
+    if placement == "paper":
+        A_box = A * per_box**2  # areas where the longest box edge is 1
+        solvable = np.linalg.det(A_box) > 1e-11
+        steps[solvable] = -np.linalg.solve(A[solvable], b[solvable, :, None])[..., 0]
+        kinds[solvable] = 1
+    elif placement == "robust":
+        trace = np.trace(A, axis1=1, axis2=2)
+        open_ = trace > 1e-30
+        for attempt, ridge in enumerate((1e-3, 1e-2, 1e-1)):
+            rows = np.flatnonzero(open_)
+            scale = trace[rows, None, None]
+            step = -np.linalg.solve(A[rows] / scale + ridge * np.eye(3), b[rows, :, None] / scale)
+            step = step[..., 0]
+            taken = np.linalg.norm(step, axis=1) <= 1
+            steps[rows[taken]] = step[taken]
+            kinds[rows[taken]] = attempt + 1
+            open_[rows[taken]] = False
+    return steps, kinds

@@ -1,0 +1,47 @@
+"""A mesh on the device with its box: uploaded once, then simplified with any number of grids."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.device import Device
+from lodbench.kernels.stages.scan import chunk_count, chunk_local
+from lodbench.kernels.stages.timeline import Timeline
+
+FOLDER = "cluster/quadric_clustering"
+
+
+class Upload:
+    """Positions and triangles in device memory.
+
+    Attributes:
+        mesh: the mesh as it came.
+        positions: float32, (n, 3).
+        triangles: uint32, (m, 3).
+        low, high: the box of all positions, (3,) float64; zeros when there are none.
+        setup: seconds of the upload, and of what is made from it later.
+    """
+
+    def __init__(self, device: Device, mesh: TriangleMesh) -> None:
+        self.device = device
+        self.mesh = mesh
+        self.setup = Timeline()
+        with self.setup.host("upload"):
+            self.positions = device.upload("positions", mesh.positions, np.float32, (None, 3))
+            self.triangles = device.upload("triangles", mesh.triangles, np.uint32, (None, 3))
+        with self.setup.host("build"):
+            program = device.build(f"{FOLDER}/setup.cl")
+        with self.setup.host("box"):
+            self.low = self.high = np.zeros(3)
+            if mesh.vertex_count:
+                chunks = chunk_count(device, mesh.vertex_count)
+                boxes = device.allocate("boxes", (chunks, 2, 3, 8), np.float32)
+                box = program.launch(
+                    "quadric_clustering_setup_box", chunks, stage="box", local=chunk_local(device),
+                    positions=self.positions, boxes=boxes,
+                    vertex_count=mesh.vertex_count, chunk_count=chunks,
+                )  # fmt: skip
+                box(Timeline())
+                found = device.read(boxes).astype(np.float64)
+                self.low, self.high = found[:, 0].min((0, 2)), found[:, 1].max((0, 2))
