@@ -1,0 +1,9 @@
+"""The level-of-detail systems as OpenCL kernels, and a few calls that use them on arrays."""
+
+from lodbench.kernels.api import Result, refine, refine_mesh, simplify, simplify_mesh
+from lodbench.kernels.device import Device, DeviceError, Unsupported
+
+__all__ = [
+    "Device", "DeviceError", "Result", "Unsupported",
+    "simplify", "simplify_mesh", "refine", "refine_mesh",
+]  # fmt: skip

@@ -1,0 +1,240 @@
+"""simplify, refine and their kin: arrays in, arrays out, one call."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.device import Device
+from lodbench.kernels.stages.timeline import Timeline
+
+Points = NDArray[np.float32]
+Faces = NDArray[np.uint32]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What simplifying or refining a mesh gave.
+
+    Attributes:
+        mesh: the mesh, float32 positions and uint32 triangles, with normals where the method makes them.
+        vertex_map: (n,) uint32, the output vertex of each input vertex, 0xFFFFFFFF where there is none; None where
+            vertices do not map one to one.
+        levels: all levels of a chain, coarsest last; (mesh,) where there is one.
+        counters: sizes and choices of the method, by name.
+        setup, frame: where the time went, seconds by stage.
+    """
+
+    mesh: TriangleMesh
+    vertex_map: NDArray[np.uint32] | None = None
+    levels: tuple[TriangleMesh, ...] = ()
+    counters: dict[str, int | float] = field(default_factory=dict)
+    setup: Timeline = field(default_factory=Timeline)
+    frame: Timeline = field(default_factory=Timeline)
+
+
+def as_mesh(points: Any, faces: Any = None) -> TriangleMesh:
+    """A TriangleMesh from what people have.
+
+    Args:
+        points: (n, 3) floats, with `faces`; or a mesh alone: TriangleMesh, (points, faces), anything with `vertices`
+            and `faces` such as trimesh.Trimesh, or with `points` and `regular_faces` such as pyvista.PolyData.
+        faces: (m, 3) integers.
+
+    Raises:
+        TypeError: none of these.
+        ValueError: wrong shapes, NaN or infinity, an index out of range.
+    """
+    if faces is not None:
+        return TriangleMesh(points, faces)
+    if isinstance(points, TriangleMesh):
+        return points
+    for first, second in (("vertices", "faces"), ("points", "regular_faces")):
+        if hasattr(points, first) and hasattr(points, second):
+            return TriangleMesh(
+                np.asarray(getattr(points, first)), np.asarray(getattr(points, second))
+            )
+    if isinstance(points, tuple | list) and len(points) == 2:
+        return TriangleMesh(*points)
+    raise TypeError(
+        f"points: expected a mesh, or points (n, 3) with faces (m, 3), got {type(points).__name__}"
+    )
+
+
+@cache
+def _default_device(name: str | None) -> Device:
+    """The device that calls without one share, opened once."""
+    return Device.open(name)
+
+
+def _device(device: Device | str | None) -> Device:
+    return device if isinstance(device, Device) else _default_device(device)
+
+
+@cache
+def _methods(verb: str) -> dict[str, Callable[..., Result]]:
+    """The systems whose package has a function `verb`, by folder name."""
+    root = Path(__file__).parent
+    found = {}
+    for path in sorted(root.glob("*/*/__init__.py")):
+        family, name = path.parent.parent.name, path.parent.name
+        function = getattr(importlib.import_module(f"lodbench.kernels.{family}.{name}"), verb, None)
+        if callable(function):
+            found[name] = function
+    return found
+
+
+def _method(verb: str, name: str) -> Callable[..., Result]:
+    methods = _methods(verb)
+    if name not in methods:
+        raise ValueError(f"method: expected one of {', '.join(methods)}, got {name!r}")
+    return methods[name]
+
+
+def target_triangles(
+    triangle_count: int, target_reduction: float | None, target_count: int | None
+) -> int | None:
+    """The number of triangles asked for, or None when neither was given.
+
+    Raises:
+        ValueError: both given, or out of range.
+    """
+    if target_reduction is not None and target_count is not None:
+        raise ValueError("target_reduction, target_count: expected one of them, got both")
+    if target_reduction is not None:
+        if not 0 <= target_reduction < 1:
+            raise ValueError(
+                f"target_reduction: expected the share removed, 0 to below 1, got {target_reduction}"
+            )
+        return max(1, math.floor(triangle_count * (1 - target_reduction) + 1e-6))
+    if target_count is not None and target_count < 1:
+        raise ValueError(f"target_count: expected at least 1, got {target_count}")
+    return target_count
+
+
+def simplify_mesh(
+    device: Device | str | None,
+    mesh: Any,
+    *,
+    target_reduction: float | None = None,
+    target_count: int | None = None,
+    cells: int | float | tuple[int, int, int] | None = None,
+    method: str = "quadric_clustering",
+    **options: Any,
+) -> Result:
+    """Fewer triangles of the same shape, with everything that is known about them.
+
+    Args:
+        device: an open device, a name for `Device.open`, or None for the default, which stays open.
+        mesh: see `as_mesh`.
+        target_reduction: share of triangles removed, 0 to below 1; 0.9 leaves a tenth.
+        target_count: triangles left at most; the result has at least 95 % of them, or comes from the nearest grid and
+            says so in `counters`.
+        cells: cells along the longest box axis (cubic cells), or (nx, ny, nz); at most 2**27 in all.
+        method: a system's name, such as "quadric_clustering".
+        **options: the method's own, such as placement="average".
+
+    Returns:
+        The result; its mesh holds only vertices that a triangle uses.
+
+    Raises:
+        TypeError, ValueError: an argument is wrong; not exactly one of target_reduction, target_count and cells.
+        Unsupported: the device cannot hold the mesh.
+    """
+    chosen = _method("simplify", method)
+    surface = as_mesh(mesh)
+    wanted = target_triangles(surface.triangle_count, target_reduction, target_count)
+    if (wanted is None) == (cells is None):
+        got = "none" if cells is None else "more"
+        raise ValueError(f"expected one of target_reduction, target_count and cells, got {got}")
+    return chosen(_device(device), surface, target_count=wanted, cells=cells, **options)
+
+
+def simplify(
+    points: Any,
+    faces: Any = None,
+    target_reduction: float | None = None,
+    *,
+    target_count: int | None = None,
+    cells: int | float | tuple[int, int, int] | None = None,
+    method: str = "quadric_clustering",
+    device: Device | str | None = None,
+    **options: Any,
+) -> tuple[Points, Faces]:
+    """Fewer triangles of the same shape: (points, faces) of the simplified mesh.
+
+    The first three arguments are those of `fast_simplification.simplify`; the rest, and the errors, are those of
+    `simplify_mesh`, which also returns the map from input to output vertices.
+
+    Returns:
+        points (n, 3) float32 and faces (m, 3) uint32.
+    """
+    result = simplify_mesh(
+        device,
+        as_mesh(points, faces),
+        target_reduction=target_reduction,
+        target_count=target_count,
+        cells=cells,
+        method=method,
+        **options,
+    )
+    return result.mesh.positions, result.mesh.triangles
+
+
+def refine_mesh(
+    device: Device | str | None,
+    mesh: Any,
+    *,
+    segments: int = 4,
+    method: str = "pattern",
+    weld: bool = True,
+    **options: Any,
+) -> Result:
+    """Each triangle split into segments**2, displaced where asked.
+
+    Args:
+        device: an open device, a name for `Device.open`, or None for the default, which stays open.
+        mesh: see `as_mesh`; normals are made where it has none.
+        segments: segments along each edge, at least 1.
+        method: a system's name, such as "pattern".
+        weld: share the points on edges and corners between triangles; False leaves each coarse triangle its own.
+        **options: the method's own, such as amplitude and frequency.
+
+    Raises:
+        TypeError, ValueError: an argument is wrong.
+        Unsupported: the device cannot hold the result.
+    """
+    chosen = _method("refine", method)
+    return chosen(_device(device), as_mesh(mesh), segments=segments, weld=weld, **options)
+
+
+def refine(
+    points: Any,
+    faces: Any = None,
+    segments: int = 4,
+    *,
+    method: str = "pattern",
+    device: Device | str | None = None,
+    weld: bool = True,
+    **options: Any,
+) -> tuple[Points, Faces]:
+    """Each triangle split into segments**2: (points, faces) of the refined mesh.
+
+    The arguments and errors are those of `refine_mesh`.
+
+    Returns:
+        points (n, 3) float32 and faces (m, 3) uint32.
+    """
+    result = refine_mesh(
+        device, as_mesh(points, faces), segments=segments, method=method, weld=weld, **options
+    )
+    return result.mesh.positions, result.mesh.triangles
