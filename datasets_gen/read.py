@@ -16,10 +16,8 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
-from trimesh.exchange.gltf import export_glb, export_gltf
-from trimesh.visual import ColorVisuals, TextureVisuals
 
+from lodbench.datasets_gen.gltf import glb_parts, gltf_parts, parse_gltf, read_scene
 from lodbench.datasets_gen.obj import obj_parts, parse_obj
 from lodbench.datasets_gen.order import welded
 from lodbench.datasets_gen.ply import fans, numbers_in, parse_ply, ply_parts
@@ -27,7 +25,6 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".gltf", ".glb")
 _STL_TRIANGLE = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
-_EMPTY_GLTF = b'{"asset": {"version": "2.0"}}'
 
 
 class FileError(ValueError):
@@ -81,7 +78,8 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
     """
     path = Path(path)
     check_writable(path)
-    parts = _WRITERS[path.suffix.lower()](mesh)
+    with _quiet():
+        parts = _WRITERS[path.suffix.lower()](mesh)
     with replacing(path) as stream:
         for part in parts:
             stream.write(part)
@@ -172,7 +170,7 @@ def _read_stl(path: Path, data: bytes) -> TriangleMesh:
                              f" got {len(data)}")  # fmt: skip
         if b"endsolid" not in text or text.count(b"vertex") != 3 * text.count(b"endfacet"):
             raise ValueError("truncated: expected whole facets and 'endsolid'")
-        scene = _scene(path)
+        scene = read_scene(path)
         parts = [g.vertices for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh)]
         corners = np.concatenate([np.zeros((0, 3)), *parts])
         if len(corners) != 3 * text.count(b"endfacet"):
@@ -211,81 +209,6 @@ def _read_off(path: Path, data: bytes) -> TriangleMesh:
     return TriangleMesh(positions, fans(lengths, indices))
 
 
-def _read_gltf(path: Path, data: bytes) -> TriangleMesh:
-    if path.suffix.lower() == ".glb":
-        declared = int.from_bytes(data[8:12], "little")
-        if data[:4] != b"glTF":
-            raise ValueError("expected a GLB file, got no 'glTF' at its start")
-        if declared > len(data):
-            raise ValueError(f"truncated: expected {declared} bytes, got {len(data)}")
-    return _joined(_scene(path))
-
-
-def _scene(path: Path) -> trimesh.Scene:
-    try:
-        # texture coordinates come with the materials
-        return trimesh.load_scene(str(path), process=False)
-    except Exception:  # a missing or broken image is no reason to refuse the mesh
-        return trimesh.load_scene(str(path), process=False, skip_materials=True)
-
-
-def _joined(scene: trimesh.Scene) -> TriangleMesh:
-    """All meshes of a scene where its graph puts them; attributes only where every mesh has them."""
-    meshes: list[TriangleMesh] = []
-    for node in scene.graph.nodes_geometry:
-        transform, name = scene.graph[node]
-        shape = scene.geometry[name]
-        matrix = np.asarray(transform, np.float64)
-        points = np.asarray(getattr(shape, "vertices", np.zeros((0, 3))), np.float64)
-        points = points @ matrix[:3, :3].T + matrix[:3, 3]
-        if not isinstance(shape, trimesh.Trimesh):
-            if isinstance(shape, trimesh.PointCloud):
-                meshes.append(TriangleMesh(points, np.zeros((0, 3), np.uint32)))
-            continue
-        triangles = np.asarray(shape.faces)
-        mirrored = np.linalg.det(matrix[:3, :3]) < 0
-        meshes.append(
-            TriangleMesh(
-                points,
-                triangles[:, ::-1] if mirrored else triangles,
-                _normals(shape, matrix),
-                getattr(shape.visual, "uv", None),
-                _colours(shape),
-            )
-        )
-    if not meshes:
-        return TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), np.uint32))
-    start = np.cumsum([0] + [m.vertex_count for m in meshes])
-    triangles = [m.triangles.astype(np.int64) + s for m, s in zip(meshes, start, strict=False)]
-
-    def all_of(values: list) -> NDArray | None:
-        return None if any(v is None for v in values) else np.concatenate(values)
-
-    return TriangleMesh(
-        np.concatenate([m.positions for m in meshes]),
-        np.concatenate(triangles),
-        all_of([m.normals for m in meshes]),
-        all_of([m.uvs for m in meshes]),
-        all_of([m.colours for m in meshes]),
-    )
-
-
-def _normals(shape: trimesh.Trimesh, matrix: NDArray[np.float64]) -> NDArray | None:
-    # the property would compute them where the file has none
-    given = shape._cache.cache.get("vertex_normals")
-    if given is None or len(given) != len(shape.vertices):
-        return None
-    turned = np.asarray(given, np.float64) @ np.linalg.pinv(matrix[:3, :3])
-    length = np.linalg.norm(turned, axis=1, keepdims=True)
-    return np.where(length > 0, turned / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))
-
-
-def _colours(shape: trimesh.Trimesh) -> NDArray | None:
-    if not isinstance(shape.visual, ColorVisuals) or shape.visual.kind != "vertex":
-        return None
-    return np.asarray(shape.visual.vertex_colors)[:, :3] / 255.0
-
-
 def _stl_parts(mesh: TriangleMesh) -> list[bytes]:
     rows = np.zeros(mesh.triangle_count, _STL_TRIANGLE)
     rows["corners"] = mesh.positions[mesh.triangles]
@@ -303,49 +226,19 @@ def _off_parts(mesh: TriangleMesh) -> list[bytes]:
     return [f"OFF\n{mesh.vertex_count} {mesh.triangle_count} 0\n{points}{faces}".encode()]
 
 
-def _gltf_scene(mesh: TriangleMesh) -> trimesh.Scene:
-    shape = trimesh.Trimesh(
-        mesh.positions, mesh.triangles, vertex_normals=mesh.normals, process=False
-    )
-    if mesh.uvs is not None:
-        shape.visual = TextureVisuals(uv=mesh.uvs)
-    elif mesh.colours is not None:
-        colours = np.rint(np.clip(mesh.colours, 0, 1) * 255).astype(np.uint8)
-        shape.visual = ColorVisuals(shape, vertex_colors=colours)
-    return trimesh.Scene(shape)
-
-
-def _glb_parts(mesh: TriangleMesh) -> list[bytes]:
-    if not mesh.triangle_count:
-        text = _EMPTY_GLTF + b" " * (-len(_EMPTY_GLTF) % 4)
-        sizes = (2, 20 + len(text), len(text))
-        head = b"glTF" + b"".join(n.to_bytes(4, "little") for n in sizes) + b"JSON"
-        return [head, text]
-    with _quiet():
-        return [export_glb(_gltf_scene(mesh))]
-
-
-def _gltf_parts(mesh: TriangleMesh) -> list[bytes]:
-    if not mesh.triangle_count:
-        return [_EMPTY_GLTF]
-    with _quiet():
-        files = export_gltf(_gltf_scene(mesh), embed_buffers=True)
-    return [files["model.gltf"]]
-
-
 _READERS: dict[str, Callable[[Path, bytes], TriangleMesh]] = {
     ".ply": lambda path, data: parse_ply(data),
     ".obj": lambda path, data: parse_obj(data),
     ".stl": _read_stl,
     ".off": _read_off,
-    ".gltf": _read_gltf,
-    ".glb": _read_gltf,
+    ".gltf": parse_gltf,
+    ".glb": parse_gltf,
 }
 _WRITERS: dict[str, Callable[[TriangleMesh], list[bytes]]] = {
     ".ply": ply_parts,
     ".obj": obj_parts,
     ".stl": _stl_parts,
     ".off": _off_parts,
-    ".gltf": _gltf_parts,
-    ".glb": _glb_parts,
+    ".gltf": gltf_parts,
+    ".glb": glb_parts,
 }
