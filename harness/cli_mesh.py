@@ -21,13 +21,12 @@ def _input(path: Path) -> Any:
     from lodbench.datasets_gen import catalogue, read
     from lodbench.datasets_gen.surfaces import TriangleMesh
 
-    name = str(path)
-    if not path.exists() and name in catalogue.names():
-        surface = catalogue.load(name).surface
-        if not isinstance(surface, TriangleMesh):
-            raise ValueError(f"IN: expected triangles, got {type(surface).__name__} of {name}")
-        return surface
-    return read.read_mesh(path)
+    if path.exists() or path.suffix or len(path.parts) > 1:
+        return read.read_mesh(path)
+    surface = catalogue.load(str(path)).surface
+    if not isinstance(surface, TriangleMesh):
+        raise ValueError(f"IN: expected triangles, got {type(surface).__name__} of {path}")
+    return surface
 
 
 def _cells(text: str | None) -> int | tuple[int, int, int] | None:
@@ -180,10 +179,8 @@ def make(
     Example: lodbench datasets make torus_20k torus.ply
     """
     from lodbench.datasets_gen import catalogue, read
-    from lodbench.harness.registry import closest
 
-    if name not in catalogue.names():
-        raise ValueError(closest("dataset", name, catalogue.names()))
+    catalogue.find(name)
     read.check_writable(out)
     mesh = _input(Path(name))
     read.write_mesh(out, mesh)
@@ -200,5 +197,5 @@ def fetch(
     """
     from lodbench.datasets_gen import catalogue
 
-    for path in catalogue.fetch(names or None):
+    for path in catalogue.fetch(names or None, lambda line: typer.echo(line, err=True)):
         say(str(path))

@@ -46,7 +46,8 @@ class Group:
     """Subjects that are compared: they take turns on one dataset.
 
     `facts` are the row's own words for it (segments, cells ...); `quality` measures each result mesh against the
-    input; `weight` is its share of the whole run's time, for the time left.
+    input; `weight` is its share of the whole run's time, for the time left; `standin_ok`: where a scan is not in the
+    data folder, its generated stand-in takes its place, under its own name.
     """
 
     dataset: str
@@ -54,6 +55,7 @@ class Group:
     facts: Mapping[str, Any] = field(default_factory=dict)
     quality: bool = False
     weight: float = 1.0
+    standin_ok: bool = False
 
     @property
     def name(self) -> str:
@@ -63,7 +65,7 @@ class Group:
     def config(self) -> dict[str, Any]:
         """All that decides what is measured, for the hash."""
         return {
-            "dataset": self.dataset,
+            "dataset": self.found().name,
             "facts": plain(self.facts),
             "quality": self.quality,
             "subjects": [
@@ -80,14 +82,26 @@ class Group:
             ],
         }
 
+    def found(self) -> catalogue.Dataset:
+        """The catalogue's entry, without making its surface.
+
+        Raises:
+            ValueError: an unknown name, or a scan that is not there and has no stand-in.
+        """
+        try:
+            return catalogue.find(self.dataset)
+        except ValueError:
+            if not self.standin_ok:
+                raise
+            return catalogue.find(f"{self.dataset}_standin")
+
     def validate(self) -> None:
         """Refuse unknown names and bad parameters before anything is measured.
 
         Raises:
             ValueError: an unknown dataset, system, case or field, a value out of range, a label used twice.
         """
-        if self.dataset not in catalogue.names():
-            raise ValueError(registry.closest("dataset", self.dataset, catalogue.names()))
+        self.found()
         labels = [subject.name for subject in self.subjects]
         if len(set(labels)) != len(labels):
             raise ValueError(f"subjects: expected different labels, got {labels}")

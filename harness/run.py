@@ -46,7 +46,7 @@ class Session:
         self._one_core: Device | None = None
         self._ended, self._begun = attempts(folder)
         self._writer = Writer(folder)
-        self._dataset: tuple[str, Any] = ("", None)
+        self._last = ""
         self._qualities: dict[str, dict[str, Any]] = {}
 
     def close(self) -> None:
@@ -98,7 +98,8 @@ class Session:
         progress: Progress,
     ) -> None:
         progress.step("load")
-        dataset = self._load(group.dataset)
+        dataset = group.found()
+        surface = self._surface(dataset)
         earlier = self._begun.setdefault(key, [])
         for attempt in earlier:
             self._writer.write("superseded", group=key, attempt=attempt)
@@ -106,9 +107,9 @@ class Session:
         earlier[:] = [attempt]
         record = partial(self._writer.write, group=key, attempt=attempt)
         facts = {**group.facts, "dataset": dataset.name, "standin": dataset.standin}
-        if isinstance(dataset.surface, TriangleMesh):
-            facts["triangles_in"] = dataset.surface.triangle_count
-            facts["vertices_in"] = dataset.surface.vertex_count
+        if isinstance(surface, TriangleMesh):
+            facts["triangles_in"] = surface.triangle_count
+            facts["vertices_in"] = surface.vertex_count
         record(
             "begin", table=table, name=group.name, dataset=dataset.name, device=self.device.slug,
             facts=facts, config=config,
@@ -119,11 +120,12 @@ class Session:
             progress.step(f"prepare {subject.name}")
             entrant = Entrant(subject)
             device = partial(self._open, subject.one_core)
-            entrant.enter(dataset.surface, device, entrants, record, group.quality)
+            entrant.enter(surface, device, entrants, record, group.quality)
             entrants[subject.name] = entrant
         running = {name: e for name, e in entrants.items() if e.prepared is not None}
         frames = {name: entrant.frame for name, entrant in running.items()}
         firsts = {name: entrant.first_s for name, entrant in running.items()}
+        gc.collect()
         progress.step("sample")
         for sample in interleave(frames, firsts, samples=self._samples, budget_s=budget_s):
             record("sample", **plain(sample))
@@ -131,7 +133,7 @@ class Session:
         for name, entrant in entrants.items():
             if group.quality and entrant.mesh is not None:
                 progress.step(f"quality of {name}")
-                entrant.facts["quality"] = self._quality(dataset.surface, entrant.mesh)
+                entrant.facts["quality"] = self._quality(surface, entrant.mesh)
             record(
                 "subject", subject=name, status=entrant.status, reason=entrant.reason,
                 **entrant.facts,
@@ -142,12 +144,11 @@ class Session:
         entrants.clear()
         gc.collect()  # device buffers go back to the pool before the next group asks for its own
 
-    def _load(self, name: str) -> Any:
-        if self._dataset[0] != name:
-            self._dataset = ("", None)  # the old one is free before the new one is made
-            self._dataset = (name, catalogue.load(name))
+    def _surface(self, dataset: catalogue.Dataset) -> Any:
+        if self._last != dataset.name:
+            self._last = dataset.name
             self._qualities.clear()
-        return self._dataset[1]
+        return dataset.surface
 
     def _open(self, one_core: bool) -> Device:
         if not one_core:

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from lodbench.datasets_gen import catalogue
+from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.harness import registry
 from lodbench.harness.group import Group, Subject
 from lodbench.harness.record import GroupRecord, RunRecord
@@ -166,8 +167,8 @@ def table(spec: Mapping[str, Any]) -> Table:
 
 def default_dataset(system: str) -> str:
     """A dataset that `system` takes: the first of the catalogue that needs no files."""
-    kinds = registry.system(system).takes
-    for name in catalogue.names():
-        if isinstance(catalogue.load(name).surface, kinds):
-            return name
+    kinds = {TriangleMesh: "triangles", BezierPatches: "patches", NurbsModel: "nurbs"}
+    for taken in registry.system(system).takes:
+        if taken in kinds:
+            return catalogue.names(kinds[taken])[0]
     raise ValueError(f"dataset: expected the name of one that {system} takes, got none")

@@ -57,7 +57,7 @@ def load_average() -> float | None:
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    gc.collect()
+    """Python's collector stands still: a collection within a frame would be counted as the subject's time."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -252,8 +252,8 @@ def log_slope(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, flo
     """
     if len(set(x)) < 2:
         return None
-    slope, _, _, _, error = stats.linregress(np.log(x), np.log(y))
+    fit: Any = stats.linregress(np.log(x), np.log(y))
     half = 0.0
     if len(x) > 2:
-        half = float(stats.t.ppf(0.5 + CONFIDENCE / 2, len(x) - 2) * error)
-    return float(slope), float(slope) - half, float(slope) + half
+        half = float(stats.t.ppf(0.5 + CONFIDENCE / 2, len(x) - 2) * fit.stderr)
+    return float(fit.slope), float(fit.slope) - half, float(fit.slope) + half

@@ -18,6 +18,7 @@ TETRAHEDRON = TriangleMesh(
     np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),
     np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]),
 )
+DATASETS = ("one", "two", "three")
 LIMITS = SimpleNamespace(fill=1.0)
 
 
@@ -85,7 +86,7 @@ def make(name, **cases):
 SYSTEMS = {name: make(name) for name in ("fake", "other")}
 
 
-def table(seconds=0.0, datasets=("one", "two", "three")):
+def table(seconds=0.0, datasets=DATASETS):
     def groups(quick):
         return [
             Group(
@@ -117,18 +118,17 @@ def table(seconds=0.0, datasets=("one", "two", "three")):
     return Table("fake_table", "A fake table", "nobody 1999", groups, columns, rows, ("a note",))
 
 
+def find(name):
+    if name not in DATASETS:
+        raise ValueError(f"dataset: expected one of {DATASETS}, got {name!r}")
+    return SimpleNamespace(name=name, surface=TETRAHEDRON, standin=False)
+
+
 def install(patch=setattr, seconds=0.0):
     """Put the fakes in place of the registry, the catalogue, the tables and the limits."""
     made = table(seconds)
     patch(registry, "registry", lambda: registry.Registry(dict(SYSTEMS), {"gone": "no package"}))
-    patch(catalogue, "names", lambda: ["one", "two", "three"])
-    patch(
-        catalogue,
-        "load",
-        lambda name: SimpleNamespace(
-            name=name, surface=TETRAHEDRON, kind="triangles", standin=False, note=""
-        ),
-    )
+    patch(catalogue, "find", find)
     patch(tables, "tables", lambda: {made.id: made})
     patch(limits, "measure", lambda device: LIMITS)
     return made

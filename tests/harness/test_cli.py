@@ -1,0 +1,194 @@
+import json
+
+import pytest
+
+from lodbench.harness import record
+from lodbench.harness.cli import main
+from tests.harness import fake
+
+
+@pytest.fixture(autouse=True)
+def fakes(monkeypatch):
+    fake.install(monkeypatch.setattr)
+
+
+@pytest.fixture
+def error(capsys):
+    """Runs a command that must fail; gives its one line."""
+
+    def run(*words):
+        assert main([str(word) for word in words]) == 2
+        captured = capsys.readouterr()
+        (line,) = captured.err.strip().splitlines()
+        assert line.startswith("error: ")
+        assert captured.out == ""
+        return line
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["run", "fak"], "expected one like fake, got 'fak'"),
+        (["run", "fake", "-d", "onne"], "dataset: expected one of"),
+        (["run", "fake", "-d", "one", "-s", "size"], "set: expected NAME=VALUE"),
+        (["run", "fake", "-d", "one", "-s", "size=0"], "size: expected at least 1, got 0"),
+        (["run", "fake", "-d", "one", "-s", "sise=1"], "expected one like size, got 'sise'"),
+        (["run", "fake", "-d", "one", "--filter", "("], "filter: expected a regular expression"),
+        (["run", "fake", "-d", "one", "--filter", "x"], "filter: expected the name of some group"),
+        (["run", "fake", "-d", "one", "--samples", "0"], "--samples"),
+        (["run", "fake", "-d", "one", "--device", "abacus"], "device: expected one of"),
+        (["reproduce", "fake_tabel"], "table: expected one like fake_table"),
+        (["report", "nowhere"], "run: expected a folder with run.json, got nowhere"),
+        (["sweep", "nowhere.toml"], "nowhere.toml"),
+        (["runn"], "runn"),
+    ],
+)
+def test_wrong_words_end_with_one_line(error, words, text):
+    assert text in error(*words)
+
+
+@pytest.mark.parametrize(
+    ("content", "text"),
+    [
+        ("systems = [", "expected TOML"),
+        ("systems = ['fake']", "datasets: expected a list of names, got None"),
+        ("systems = ['fake']\ndatasets = ['one']\nsample = 3", "key: expected one like name"),
+        ("systems = ['fake']\ndatasets = ['one']\n[params]\ncells = 3", "params: expected"),
+        ("systems = ['fake']\ndatasets = ['one']\n[params.other]\nsize = 3", "params: expected"),
+    ],
+)
+def test_bad_sweep_file_is_refused(error, tmp_path, content, text):
+    path = tmp_path / "bad.toml"
+    path.write_text(content)
+    assert text in error("sweep", path)
+
+
+def test_folder_for_the_run_that_holds_other_things_is_refused(error, tmp_path):
+    (tmp_path / "precious").touch()
+    assert "out: expected a new or empty folder" in error(
+        "run", "fake", "-d", "one", "--out", tmp_path
+    )
+
+
+def test_folder_for_the_run_that_cannot_be_made_is_refused(error, tmp_path):
+    (tmp_path / "file").touch()
+    line = error("run", "fake", "-d", "one", "--out", tmp_path / "file" / "run")
+    assert "Not a directory" in line
+
+
+def test_debug_shows_the_traceback(capsys):
+    assert main(["report", "nowhere", "--debug"]) == 2
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_every_command_has_help_with_an_example(capsys):
+    commands = [
+        ["doctor"], ["run"], ["sweep"], ["reproduce"], ["report"], ["compare"], ["simplify"], ["refine"],
+        *(["list", what] for what in ("systems", "datasets", "tables", "devices")),
+        *(["datasets", what] for what in ("list", "fetch", "make")),
+    ]  # fmt: skip
+    for words in commands:
+        assert main([*words, "--help"]) == 0
+        assert "Example: lodbench " + " ".join(words) in " ".join(capsys.readouterr().out.split())
+
+
+def test_run_measures_against_another_and_prints_rows(tmp_path, capsys):
+    words = [
+        "run",
+        "fake",
+        "-d",
+        "one",
+        "-a",
+        "other",
+        "-s",
+        "size=[1,2]",
+        "--samples",
+        "2",
+        "--json",
+    ]
+    assert main([*words, "--quiet", "--out", str(tmp_path / "run")]) == 0
+    (made,) = json.loads(capsys.readouterr().out)
+    assert [(r["system"], r["size"], r["triangles_out"]) for r in made["rows"]] == [
+        ("fake", 1, 4), ("other", 1, 4), ("fake", 2, 8), ("other", 2, 8),
+    ]  # fmt: skip
+    assert made["rows"][1]["ratio_to_fake"] > 0
+    assert main(["report", str(tmp_path / "run"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["tables"] == [made], "made again from records alone"
+
+
+def test_sweep_makes_axes_of_lists(tmp_path, capsys):
+    path = tmp_path / "sizes.toml"
+    path.write_text(
+        "systems = ['fake', 'other']\ndatasets = ['one', 'two']\n[params]\nsize = [1, 2]\n"
+        "[params.other]\nseconds = [0.0, 0.001]\n"
+    )
+    assert (
+        main(["sweep", str(path), "--samples", "1", "--quiet", "--out", str(tmp_path / "run")]) == 0
+    )
+    made = json.loads((tmp_path / "run/tables/sizes.json").read_text())
+    assert len(made["rows"]) == 2 * 2 * 3
+    assert {row["system"] for row in made["rows"]} == {
+        "fake",
+        "other seconds=0.0",
+        "other seconds=0.001",
+    }
+    assert "other seconds=0.001" in capsys.readouterr().out
+
+
+def test_list_systems_says_why_one_cannot_be_used(capsys):
+    assert main(["list", "systems", "--json"]) == 0
+    rows = {row["system"]: row for row in json.loads(capsys.readouterr().out)}
+    assert set(rows) == {"fake", "other", "gone"}
+    assert "no package" in rows["gone"]["source"]
+
+
+@pytest.fixture
+def runs(tmp_path, device, capsys):
+    """Two runs of the same; the second as slow as `slower` asks."""
+
+    def make(slower):
+        for name in ("a", "b"):
+            words = ["run", "fake", "-d", "one", "--samples", "5", "--quiet", "--out"]
+            assert main([*words, str(tmp_path / name)]) == 0
+        for name, factor in (("a", 1.0), ("b", slower)):
+            path = tmp_path / name / record.SAMPLES
+            rows = record.read_rows(path)
+            for row in rows:
+                if row["kind"] == "sample":
+                    row["wall_s"] = factor * (1 + 0.01 * (row["turn"] % 3))
+            path.write_text("".join(json.dumps(row) + "\n" for row in rows))
+        capsys.readouterr()
+        return [str(tmp_path / name) for name in ("a", "b")]
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("slower", "options", "code", "verdict"),
+    [
+        (1.0, [], 0, "same"),
+        (1.5, [], 1, "regression"),
+        (1.05, [], 0, "same"),
+        (1.5, ["--threshold", "0.8"], 0, "same"),
+        (0.5, [], 0, "faster"),
+    ],
+)
+def test_compare_exit_code_tells_a_regression(runs, capsys, slower, options, code, verdict):
+    assert main(["compare", *runs(slower), "--json", *options]) == code
+    found = json.loads(capsys.readouterr().out)
+    assert found["same_machine"]
+    assert [row["verdict"] for row in found["rows"]] == [verdict]
+    assert found["rows"][0]["ratio"] == pytest.approx(slower, rel=0.05)
+
+
+def test_compare_counts_a_check_that_fails_now(runs, capsys):
+    a, b = runs(1.0)
+    path = f"{b}/{record.SAMPLES}"
+    with open(path) as file:
+        text = file.read()
+    with open(path, "w") as file:
+        file.write(text.replace('"status": "ok"', '"status": "failed"'))
+    assert main(["compare", a, b]) == 1
+    assert "regression" in capsys.readouterr().out

@@ -1,0 +1,167 @@
+import pytest
+
+from lodbench.harness import record, tables
+from lodbench.harness.folder import open_folder
+from lodbench.harness.group import Group, Subject
+from lodbench.harness.record import read_rows, read_run
+from lodbench.harness.run import Session
+from tests.harness import fake
+
+
+@pytest.fixture
+def folder(tmp_path, device, monkeypatch):
+    fake.install(monkeypatch.setattr)
+    return open_folder(device, {}, out=tmp_path / "run")
+
+
+def measure(device, folder, *groups, **options):
+    session = Session(device, folder, samples=2, **options)
+    try:
+        return session.measure([("t", group) for group in groups], quiet=True)
+    finally:
+        session.close()
+
+
+def subjects(folder):
+    (group,) = read_run(folder).of_table("t")
+    return group.subjects
+
+
+def test_group_is_recorded_with_phases_samples_check_and_counts(device, folder):
+    measure(device, folder, Group("one", (Subject("fake"),), {"cells": 3}))
+    (group,) = read_run(folder).groups
+    assert (group.dataset, group.facts["cells"], group.facts["triangles_in"]) == ("one", 3, 4)
+    found = group.subjects["fake"]
+    assert (found.status, found.reason) == ("ok", "")
+    assert {"build", "prepare"} <= set(found.phases)
+    assert found.check["passed"]
+    assert found.counters["triangles"] == 4
+    assert found.footprint["stored_bytes"] == 48
+    assert found.traffic["call"]["bytes"] == 48
+    assert (len(found.warmups), len(found.samples)) == (3, 2)
+    assert all(row["stage_s"]["call"] >= 0 for row in found.samples)
+
+
+def test_subjects_take_turns(device, folder):
+    measure(device, folder, Group("one", (Subject("fake"), Subject("other"))))
+    rows = read_rows(folder / record.SAMPLES)
+    counted = [r["subject"] for r in rows if r["kind"] == "sample" and not r["warmup"]]
+    assert counted == ["fake", "other"] * 2
+
+
+@pytest.mark.parametrize(
+    ("outcome", "status", "reason"),
+    [
+        ("unsupported", "skipped", "needs wings, device has none"),
+        ("missing", "skipped", "No module named 'wings'"),
+        ("crash", "failed", "DeviceError: a command failed"),
+        ("late crash", "failed", "DeviceError: a command failed"),
+        ("wrong", "failed", "check: difference is 1, tolerance 0.5"),
+    ],
+)
+def test_one_subject_ends_and_the_others_go_on(device, folder, outcome, status, reason):
+    bad = Subject("fake", {"outcome": outcome}, "bad")
+    measure(device, folder, Group("one", (bad, Subject("other"))))
+    found = subjects(folder)
+    assert (found["bad"].status, found["bad"].reason) == (status, reason)
+    assert found["other"].status == "ok"
+    assert len(found["other"].samples) == 2
+
+
+def test_system_that_cannot_be_imported_is_recorded_as_skipped(device, folder):
+    measure(device, folder, Group("one", (Subject("gone"), Subject("fake"))))
+    assert (subjects(folder)["gone"].status, subjects(folder)["gone"].reason) == (
+        "skipped",
+        "no package",
+    )
+
+
+def test_params_may_depend_on_what_an_earlier_subject_made(device, folder):
+    def twice(context):
+        return {"size": 2 * context.counters["fake"]["triangles"]}
+
+    measure(device, folder, Group("one", (Subject("fake", {"size": 3}), Subject("other", twice))))
+    assert subjects(folder)["other"].params["size"] == 24
+
+
+def test_fault_of_the_program_is_not_hidden_and_the_group_runs_again(device, folder):
+    def broken(context):
+        raise KeyError("oops")
+
+    with pytest.raises(KeyError):
+        measure(device, folder, Group("one", (Subject("fake"), Subject("other", broken))))
+    assert read_run(folder).groups == []
+
+
+def test_whole_groups_are_measured_once(device, folder):
+    groups = [Group("one", (Subject("fake"),)), Group("two", (Subject("fake"),))]
+    measure(device, folder, groups[0])
+    size = (folder / record.SAMPLES).stat().st_size
+    measure(device, folder, groups[0])
+    assert (folder / record.SAMPLES).stat().st_size == size
+    measure(device, folder, *groups)
+    assert [group.dataset for group in read_run(folder).groups] == ["one", "two"]
+
+
+def test_spent_time_budget_leaves_groups_out_and_names_them(device, folder):
+    left = measure(device, folder, Group("one", (Subject("fake"),)), time_budget_s=0.0)
+    assert left == ["t: one"]
+    assert read_run(folder).groups == []
+
+
+@pytest.mark.parametrize(
+    ("group", "text"),
+    [
+        (Group("onne", (Subject("fake"),)), "dataset: expected one of"),
+        (Group("one", (Subject("fak"),)), "system: expected one like fake, got 'fak'"),
+        (Group("one", (Subject("fake", {"sise": 1}),)), "expected one like size, got 'sise'"),
+        (Group("one", (Subject("fake", {"size": 0}),)), "size: expected at least 1, got 0"),
+        (Group("one", (Subject("fake", case="x"),)), "case of fake: expected one of default"),
+        (Group("one", (Subject("fake"), Subject("fake"))), "expected different labels"),
+    ],
+)
+def test_bad_group_is_refused_before_anything_is_measured(device, folder, group, text):
+    with pytest.raises(ValueError, match=text):
+        measure(device, folder, Group("two", (Subject("fake"),)), group)
+    assert not read_rows(folder / record.SAMPLES)
+
+
+def test_wrong_subject_is_red_and_stays_out_of_ratios(device, folder, monkeypatch):
+    made = fake.install(monkeypatch.setattr)
+    session = Session(device, folder, samples=3)
+    session.measure([(made.id, group) for group in made.groups(False)], quiet=True)
+    session.close()
+    rows = {
+        row["system"]: row
+        for row in tables.document(made, read_run(folder))["rows"]
+        if row["dataset"] == "one"
+    }
+    assert rows["fake"]["ratio_to_other"] > 0
+    assert rows["fake"]["ratio_to_other_low"] <= rows["fake"]["ratio_to_other_high"]
+    assert rows["wrong"]["status"] == "failed"
+    assert rows["wrong"]["wall_s"] > 0
+    assert rows["wrong"]["ratio_to_other"] is None
+
+
+def test_folder_of_another_run_is_not_overwritten(device, folder):
+    with pytest.raises(ValueError, match="--resume"):
+        open_folder(device, {}, out=folder)
+    assert open_folder(device, {}, out=folder, resume=True) == folder
+    assert len(read_run(folder).environment["resumed"]) == 1
+
+
+def test_folder_of_another_device_or_commit_is_not_resumed(device, folder):
+    environment = {**read_run(folder).environment, "slug": "abacus"}
+    record.write_json(folder / record.RUN, environment)
+    with pytest.raises(ValueError, match="resume: expected a run of device"):
+        open_folder(device, {}, out=folder, resume=True)
+
+
+def test_environment_says_where_and_with_what(folder):
+    found = read_run(folder).environment
+    assert found["device"]["name"]
+    assert found["machine"]["cpu"]
+    assert found["packages"]["numpy"]
+    assert {"commit", "dirty", "started", "seed", "options", "variables", "pocl", "llvm"} <= set(
+        found
+    )
