@@ -64,6 +64,9 @@ LB_INLINE float16 lb_fma(float16 a, float16 b, float16 c)
 }
 
 LB_INLINE float lb_sqrt(float a) { return __builtin_sqrtf(a); }
+#ifdef cl_khr_fp64
+LB_INLINE double lb_sqrt(double a) { return __builtin_sqrt(a); }
+#endif
 LB_INLINE float2 lb_sqrt(float2 a) { return (float2)(lb_sqrt(a.x), lb_sqrt(a.y)); }
 LB_INLINE float3 lb_sqrt(float3 a) { return (float3)(lb_sqrt(a.x), lb_sqrt(a.y), lb_sqrt(a.z)); }
 LB_INLINE float4 lb_sqrt(float4 a)
@@ -92,7 +95,11 @@ LB_INLINE float3 lb_cross(float3 a, float3 b) { return a.yzx * b.zxy - a.zxy * b
 #define LB_LENGTH(V)                                                                                                   \
     LB_INLINE float lb_length(V a) { return lb_sqrt(lb_dot(a, a)); }                                                   \
     LB_INLINE float lb_distance(V a, V b) { return lb_length(a - b); }                                                 \
-    LB_INLINE V lb_normalize(V a) { return a * (1.0f / lb_sqrt(lb_dot(a, a))); }
+    LB_INLINE V lb_normalize(V a)                                                                                      \
+    {                                                                                                                  \
+        const float square = lb_dot(a, a); /* a vector without a direction stays as it is */                           \
+        return square > 0.0f ? a * (1.0f / lb_sqrt(square)) : a;                                                       \
+    }
 LB_LENGTH(float2) LB_LENGTH(float3) LB_LENGTH(float4)
 
 // unaligned vector memory: a vector type that promises only its scalar's alignment, so that one move does it
@@ -118,12 +125,17 @@ LB_LENGTH(float2) LB_LENGTH(float3) LB_LENGTH(float4)
 LB_MEMORY_ALL(float)
 LB_MEMORY_ALL(int)
 LB_MEMORY_ALL(uint)
+LB_MEMORY_ALL(long)
+LB_MEMORY_ALL(ulong)
 LB_MEMORY_ALL(uchar)
 
 LB_INLINE uint lb_popcount(uint a) { return (uint)__builtin_popcount(a); }
 LB_INLINE ulong lb_popcount(ulong a) { return (ulong)__builtin_popcountl(a); }
 LB_INLINE uint lb_clz(uint a) { return a ? (uint)__builtin_clz(a) : 32u; }
 LB_INLINE ulong lb_clz(ulong a) { return a ? (ulong)__builtin_clzl(a) : 64ul; }
+
+// PoCL drops its own; the line that holds the address is what a CPU can ask for, whatever the count
+#define lb_prefetch(address, count) __builtin_prefetch((const void *)(size_t)(address))
 
 // the names that kernels use
 #undef min
@@ -156,6 +168,7 @@ LB_INLINE ulong lb_clz(ulong a) { return a ? (ulong)__builtin_clzl(a) : 64ul; }
 #define normalize lb_normalize
 #define fast_normalize lb_normalize
 #define popcount lb_popcount
+#define prefetch lb_prefetch
 #define clz lb_clz
 #define vload2 lb_vload2
 #define vload3 lb_vload3
