@@ -106,9 +106,8 @@ def say_rows(
     for row in rows:
         cells = [human(row.get(c["key"]), c.get("unit", "")) for c in shown]
         grid.add_row(*cells, style=colours.get(str(row.get("status"))))
-    console = Console()
     # a pipe or file has no width of its own: lines are as long as they need to be
-    console.print(grid, **({} if console.is_terminal else {"width": 400}))
+    Console(width=None if sys.stdout.isatty() else 1000).print(grid)
 
 
 @app.callback()

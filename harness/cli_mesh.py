@@ -29,16 +29,16 @@ def _input(path: Path) -> Any:
     return surface
 
 
-def _cells(text: str | None) -> int | tuple[int, int, int] | None:
+def _cells(text: str | None) -> int | float | tuple[int, ...] | None:
+    """`90`, `90.5` or `90,60,30` as the API takes it; whether it is in range is the API's to say."""
     if text is None:
         return None
     try:
-        numbers = [int(word) for word in text.replace("x", ",").split(",")]
+        if "," in text:
+            return tuple(int(word) for word in text.split(","))
+        return int(text) if text.strip("+-").isdigit() else float(text)
     except ValueError:
-        numbers = []
-    if len(numbers) not in (1, 3) or min(numbers) < 1:
-        raise ValueError(f"cells: expected N or NX,NY,NZ, each at least 1, got {text!r}")
-    return numbers[0] if len(numbers) == 1 else (numbers[0], numbers[1], numbers[2])
+        raise ValueError(f"cells: expected N or NX,NY,NZ, got {text!r}") from None
 
 
 def _finish(
@@ -92,22 +92,15 @@ def simplify(
     from lodbench.datasets_gen import read
     from lodbench.kernels import Device, simplify_mesh
 
-    given = {
-        "target_reduction": target_reduction,
-        "target_count": target_count,
-        "cells": _cells(cells),
-    }
-    given = {name: value for name, value in given.items() if value is not None}
-    if len(given) != 1:
-        raise ValueError(
-            "expected one of --target-reduction, --target-count and --cells, got "
-            + (" and ".join(given) if given else "none of them")
-        )
+    grid = _cells(cells)
     read.check_writable(out)
     mesh = _input(source)
     opened = Device.open(device)
     started = time.perf_counter()
-    result = simplify_mesh(opened, mesh, method=method, **given)
+    result = simplify_mesh(
+        opened, mesh, target_reduction=target_reduction, target_count=target_count, cells=grid,
+        method=method,
+    )  # fmt: skip
     _finish(result, mesh, out, started, json_output, quiet)
 
 
@@ -122,9 +115,12 @@ def refine(
         str, typer.Option("--method", "-m", help="A system of family refine.")
     ] = "pattern",
     displace: Annotated[
-        float | None,
-        typer.Option("--displace", help="Height of a sine displacement, model units."),
-    ] = None,
+        float, typer.Option("--displace", help="Height of a sine, in bounding-box diagonals.")
+    ] = 0.0,
+    waves: Annotated[
+        float, typer.Option("--waves", help="Of that sine per bounding-box diagonal.")
+    ] = 8.0,
+    weld: Annotated[bool, typer.Option(help="Share the points on edges between triangles.")] = True,
     device: DeviceOption = None,
     json_output: JsonOption = False,
     quiet: QuietOption = False,
@@ -136,12 +132,12 @@ def refine(
     from lodbench.datasets_gen import read
     from lodbench.kernels import Device, refine_mesh
 
-    extra = {} if displace is None else {"displace": displace}
+    extra = {"amplitude": displace, "waves": waves} if displace else {}
     read.check_writable(out)
     mesh = _input(source)
     opened = Device.open(device)
     started = time.perf_counter()
-    result = refine_mesh(opened, mesh, segments=segments, method=method, **extra)
+    result = refine_mesh(opened, mesh, segments=segments, method=method, weld=weld, **extra)
     _finish(result, mesh, out, started, json_output, quiet)
 
 

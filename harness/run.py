@@ -114,7 +114,7 @@ class Session:
             "begin", table=table, name=group.name, dataset=dataset.name, device=self.device.slug,
             facts=facts, config=config,
         )  # fmt: skip
-        start, others = time.perf_counter(), OtherLoad()
+        start = time.perf_counter()
         entrants: dict[str, Entrant] = {}
         for subject in group.subjects:
             progress.step(f"prepare {subject.name}")
@@ -127,6 +127,7 @@ class Session:
         firsts = {name: entrant.first_s for name, entrant in running.items()}
         gc.collect()
         progress.step("sample")
+        others = OtherLoad()
         for sample in interleave(frames, firsts, samples=self._samples, budget_s=budget_s):
             record("sample", **plain(sample))
         others_share = others.share()

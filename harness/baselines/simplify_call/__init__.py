@@ -1,0 +1,69 @@
+"""The whole of `simplify_mesh` on an open device: host arrays in, upload, frame, read-back, host arrays out.
+
+What a caller waits for, and so what stands beside a package that is called the same way. The program is compiled and the
+device open, as at any call but the first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.harness.baselines.host import HostPrepared
+from lodbench.kernels.api import simplify_mesh
+from lodbench.kernels.cluster.quadric_clustering import SYSTEM as QUADRIC_CLUSTERING
+from lodbench.kernels.cluster.quadric_clustering import Params as Clustering
+from lodbench.kernels.device import Device
+from lodbench.kernels.system import Check, System, Timeline, run
+
+
+@dataclass(frozen=True)
+class Params:
+    """`cells`: along the longest axis, or (nx, ny, nz), for method quadric_clustering."""
+
+    cells: int | float | tuple[int, int, int] = 64
+
+    def __post_init__(self) -> None:
+        Clustering(cells=self.cells)  # refuses what that would refuse
+
+
+def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
+    """One call made already, so that those that are timed find everything compiled."""
+    setup = Timeline()
+    with setup.host("first_launch"):
+        simplify_mesh(device, mesh, cells=params.cells)
+
+    def judge(meshes: Sequence[TriangleMesh]) -> Check:
+        prepared = QUADRIC_CLUSTERING.prepare(device, mesh, Clustering(cells=params.cells))
+        run(device, prepared)
+        (expected,), (got,) = prepared.result(), meshes
+        pairs = ((expected.positions, got.positions), (expected.triangles, got.triangles))
+        differ = sum(
+            int(np.any(a != b, axis=1).sum()) if a.shape == b.shape else max(len(a), len(b))
+            for a, b in pairs
+        )
+        return Check(differ == 0, "points and triangles unlike the system's own", differ, 0)
+
+    return HostPrepared(
+        device,
+        lambda _: simplify_mesh(device, mesh, cells=params.cells),
+        read=lambda result: [result.mesh],
+        judge=judge,
+        setup=setup,
+        input_bytes=mesh.positions.nbytes + mesh.triangles.nbytes,
+    )
+
+
+SYSTEM = System(
+    name="simplify_call",
+    family="baselines",
+    source="lodbench.kernels.simplify_mesh",
+    takes=(TriangleMesh,),
+    prepare=prepare,
+    cases={"cells_64": Params(), "cells_30": Params(30)},
+    runs_on="host",
+    notes="wall time of the whole call, transfers included",
+)
