@@ -1,0 +1,110 @@
+"""An OpenGL context without a window, and the image that it draws into."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.kernels.device import Unsupported
+from lodbench.kernels.stages.raster import Look, lights
+from lodbench.kernels.system import View
+
+SHADERS = Path(__file__).parent
+STAGES = {
+    ".vert": "vertex_shader",
+    ".tesc": "tess_control_shader",
+    ".tese": "tess_evaluation_shader",
+    ".geom": "geometry_shader",
+    ".frag": "fragment_shader",
+}
+
+
+@cache
+def context() -> Any:
+    """The one EGL context of this process, shared by all subjects.
+
+    Raises:
+        Unsupported: no moderngl, no EGL, or no driver with OpenGL 3.3.
+    """
+    try:
+        import moderngl
+    except ImportError as error:
+        raise Unsupported(f"needs moderngl, this environment has none: {error}") from None
+    try:
+        return moderngl.create_context(standalone=True, backend="egl", require=330)
+    except Exception as error:  # the loader raises whatever the missing library raised
+        raise Unsupported(
+            f"needs an OpenGL 3.3 driver through EGL (libegl1, libgl1-mesa-dri), machine has: {error}"
+        ) from None
+
+
+def driver_name() -> str:
+    """The driver's own name, such as "llvmpipe (LLVM 15.0.6, 256 bits)"."""
+    return str(context().info["GL_RENDERER"])
+
+
+def build(*files: str, varyings: Iterable[str] = ()) -> Any:
+    """The program of these shader files, relative to this folder; `varyings` are kept by transform feedback."""
+    sources = {STAGES[Path(file).suffix]: (SHADERS / file).read_text() for file in files}
+    return context().program(**sources, varyings=tuple(varyings))
+
+
+def assign(program: Any, values: Mapping[str, Any]) -> None:
+    """Set the uniforms that the program kept; the compiler drops unused ones."""
+    for name, value in values.items():
+        if name in program:
+            program[name].value = value
+
+
+class Canvas:
+    """Colour (8 bits per channel) and depth (32-bit float) of one image, with its background.
+
+    Args:
+        width: pixels.
+        height: pixels.
+        look: colours, as for `Raster`.
+    """
+
+    def __init__(self, width: int, height: int, look: Look) -> None:
+        gl = self.gl = context()
+        self.width, self.height, self.look = width, height, look
+        self.colour = gl.texture((width, height), 4)
+        self.depth = gl.depth_texture((width, height))
+        self.target = gl.framebuffer([self.colour], self.depth)
+        self._background = build("background.vert", "background.frag")
+        top, bottom = look.background
+        assign(self._background, {"top": top, "bottom": bottom})
+        self._nothing = gl.vertex_array(self._background, [])
+
+    def begin(self) -> None:
+        """Clear the depth and draw the background."""
+        gl = self.gl
+        self.target.use()
+        gl.viewport = (0, 0, self.width, self.height)
+        gl.disable(gl.DEPTH_TEST | gl.CULL_FACE)
+        self.target.clear(depth=1.0)
+        self._nothing.render(vertices=3)
+        gl.enable(gl.DEPTH_TEST)
+        if self.look.cull:
+            gl.enable(gl.CULL_FACE)
+
+    def image(self) -> NDArray[np.uint8]:
+        """What was drawn, (height, width, 3) uint8, row 0 on top."""
+        data = np.frombuffer(self.target.read(components=3, alignment=1), np.uint8)
+        return data.reshape(self.height, self.width, 3)[::-1].copy()
+
+    def depths(self) -> NDArray[np.float32]:
+        """Depth 0..1, (height, width) float32, row 0 on top."""
+        data = np.frombuffer(self.depth.read(alignment=1), np.float32)
+        return data.reshape(self.height, self.width)[::-1].copy()
+
+
+def view_uniforms(view: View, look: Look) -> dict[str, Any]:
+    """The uniforms of `surface.vert` and `surface.frag` for a view."""
+    matrix = tuple(view.world_to_clip.T.astype(np.float32).ravel().tolist())
+    return {"world_to_clip": matrix, "surface_colour": look.surface, **lights(view)}

@@ -1,0 +1,113 @@
+// Which pixels does a triangle cover, and how deep is it there? Exact edges in whole sub-pixels, top-left rule.
+//
+// Source    Pineda 1988, "A parallel algorithm for polygon rasterization"; fill rule as OpenGL and Direct3D drivers have it
+// Work      functions only; a pixel belongs to a triangle by integer tests on its centre, so shared edges never overlap
+// Reads     nothing
+// Writes    nothing
+// Needs     common/screen.cl
+
+// one triangle ready to be walked; edge k is inside where f[k] + dx[k] * row - dy[k] * column >= 0, pixels from the corner
+typedef struct {
+    long f[3];
+    int dx[3], dy[3];
+    int4 box;                  // first column, first row, last column, last row: pixel centres inside its box and the image
+    float x, y, z, zx, zy;     // depth z at the sub-pixel (x, y), and its slopes per sub-pixel
+    float near, far;           // of the three corners: slopes of slivers are inexact, depths stay between these
+    uint id;
+} Walk;
+
+// first and last pixel whose centre lies in [low, high], sub-pixels
+static inline int first_centre(const int low) { return (low + SUBPIXELS / 2 - 1) >> 8; }
+static inline int last_centre(const int high) { return (high - SUBPIXELS / 2) >> 8; }
+
+// corners are x, y, depth bits; false where nothing can be drawn: no area, no centre in the box, or facing away
+static inline bool walk_start(
+    Walk *walk, const int4 a, const int4 b, const int4 c, const uint id, const int width, const int height, const uint cull)
+{
+    const long area = (long)(b.x - a.x) * (c.y - a.y) - (long)(c.x - a.x) * (b.y - a.y);
+    if (area == 0 || (cull && area > 0)) return false; // y grows downwards: counter-clockwise is negative
+    walk->box.x = max(first_centre(min(a.x, min(b.x, c.x))), 0);
+    walk->box.y = max(first_centre(min(a.y, min(b.y, c.y))), 0);
+    walk->box.z = min(last_centre(max(a.x, max(b.x, c.x))), width - 1);
+    walk->box.w = min(last_centre(max(a.y, max(b.y, c.y))), height - 1);
+    if (walk->box.x > walk->box.z || walk->box.y > walk->box.w) return false;
+
+    const int4 q = area > 0 ? b : c, r = area > 0 ? c : b;
+    const int px[4] = {a.x, q.x, r.x, a.x}, py[4] = {a.y, q.y, r.y, a.y};
+    for (int k = 0; k < 3; ++k) {
+        const int dx = px[k + 1] - px[k], dy = py[k + 1] - py[k];
+        const long edge = (long)dx * (SUBPIXELS / 2 - py[k]) - (long)dy * (SUBPIXELS / 2 - px[k]);
+        const bool owned = dy < 0 || (dy == 0 && dx > 0); // left or top: a centre on it is inside
+        walk->f[k] = (edge - (owned ? 0 : 1)) >> 8;       // steps are whole multiples of 256: the sign survives
+        walk->dx[k] = dx;
+        walk->dy[k] = dy;
+    }
+    const float za = as_float(a.z), zb = as_float(b.z), zc = as_float(c.z);
+    const float x1 = b.x - a.x, y1 = b.y - a.y, z1 = zb - za, x2 = c.x - a.x, y2 = c.y - a.y, z2 = zc - za;
+    const float inverse = 1.0f / (float)area;
+    walk->x = a.x;
+    walk->y = a.y;
+    walk->z = za;
+    walk->zx = (z1 * y2 - z2 * y1) * inverse;
+    walk->zy = (z2 * x1 - z1 * x2) * inverse;
+    walk->near = min(za, min(zb, zc));
+    walk->far = max(za, max(zb, zc));
+    walk->id = id;
+    return true;
+}
+
+// how a pixel takes a fragment: the smaller key stays, so neither order nor owner matters; COUNT adds instead
+static inline void key_put(__global long *key, const long value)
+{
+#ifdef COUNT
+    *key += 1;
+#elif defined(SHARED)
+    atom_min(key, value);
+#else
+    if (value < *key) *key = value;
+#endif
+}
+
+// the part of a triangle that lies in the tile whose first pixel is (left, top)
+static inline void walk_tile(const Walk *walk, __global long *restrict keys, const int left, const int top)
+{
+    const int8 lane = (int8)(0, 1, 2, 3, 4, 5, 6, 7);
+    int f[3];
+    for (int k = 0; k < 3; ++k) {
+        const long start = walk->f[k] + (long)walk->dx[k] * top - (long)walk->dy[k] * left;
+        const long reach = (long)max(walk->dx[k], 0) * (TILE - 1) + (long)max(-walk->dy[k], 0) * (TILE - 1);
+        if (start + reach < 0) return;
+        f[k] = (int)clamp(start, -(1L << 30), 1L << 30); // steps within a tile stay below 2^30
+    }
+    const int begin = (max(walk->box.x - left, 0)) & ~7, end = min(walk->box.z - left, TILE - 1);
+    const int last = min(walk->box.w - top, TILE - 1);
+    const int8 slope0 = lane * -walk->dy[0], slope1 = lane * -walk->dy[1], slope2 = lane * -walk->dy[2];
+    const float8 centre = convert_float8(lane * SUBPIXELS);
+    for (int row = max(walk->box.y - top, 0); row <= last; ++row) {
+        const float y = (float)((top + row) * SUBPIXELS + SUBPIXELS / 2) - walk->y;
+        const float zy = walk->zy * y;
+        for (int column = begin; column <= end; column += 8) {
+            const int8 f0 = slope0 + (f[0] + walk->dx[0] * row - walk->dy[0] * column);
+            const int8 f1 = slope1 + (f[1] + walk->dx[1] * row - walk->dy[1] * column);
+            const int8 f2 = slope2 + (f[2] + walk->dx[2] * row - walk->dy[2] * column);
+            const int8 covered = (f0 | f1 | f2) >= 0;
+            if (!any_lane(covered)) continue;
+            const float x = (float)((left + column) * SUBPIXELS + SUBPIXELS / 2) - walk->x;
+            const float8 z = clamp((walk->z + walk->zx * (centre + x)) + zy, walk->near, walk->far);
+            __global long *at = keys + row * TILE + column;
+#ifdef SHARED
+            for (int k = 0; k < 8; ++k)
+                if (((const int *)&covered)[k])
+                    key_put(at + k, ((long)as_int(((const float *)&z)[k]) << 32) | walk->id);
+#else
+            const long8 old = *(__global const long8 *)at, inside = convert_long8(covered);
+#ifdef COUNT
+            *(__global long8 *)at = old - inside;
+#else
+            const long8 key = (convert_long8(as_int8(z)) << 32) | (long)walk->id;
+            *(__global long8 *)at = (key < old) & inside ? key : old;
+#endif
+#endif
+        }
+    }
+}

@@ -1,0 +1,54 @@
+// Screen space shared by the frame's stages: sub-pixels, tiles, and the depth-and-id key of a pixel.
+//
+// Source    Burns & Hunt 2013, "The visibility buffer", section 3 (one key per pixel, shading afterwards)
+// Work      functions only; contraction is off, so that every stage and the reference round alike
+// Reads     nothing
+// Writes    nothing
+
+#pragma OPENCL FP_CONTRACT OFF
+
+#define SUBPIXELS 256         // per pixel and axis
+#define GUARD 4194304.0f      // 2^22 sub-pixels: beyond it a triangle is clipped, so that edges fit in 32 bits
+#define OUTSIDE_NEAR 1
+#define OUTSIDE_LEFT 2
+#define OUTSIDE_RIGHT 4
+#define OUTSIDE_TOP 8
+#define OUTSIDE_BOTTOM 16
+
+#define TILE 64               // pixels per side; a tile's keys are contiguous, rows of 64
+#define TILE_PIXELS 4096
+#define FLAGS_OPEN 16         // where the tiles' flags begin; the frame's counters stand before them
+// depth 1.0 and an id that no triangle has: whatever lies beyond the far plane loses against it
+#define KEY_EMPTY ((0x3f800000L << 32) | 0xffffffffL)
+
+#define LANE ((int8)(0, 1, 2, 3, 4, 5, 6, 7))
+
+// single shuffles where the compiler has a name for them: it does not find its way back from lists of lanes
+#ifdef __clang__
+#define LANES(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+#define LANES(a, b, ...) shuffle2(a, b, (uint8)(__VA_ARGS__))
+#endif
+
+static inline int8 screen_round(const float8 a) { return convert_int8(floor(a + 0.5f)); }
+
+static inline bool any_lane(const int8 a)
+{
+    const int4 four = a.lo | a.hi;
+    const int2 two = four.lo | four.hi;
+    return (two.x | two.y) != 0;
+}
+
+static inline int largest_lane(const int8 a)
+{
+    const int4 four = max(a.lo, a.hi);
+    const int2 two = max(four.lo, four.hi);
+    return max(two.x, two.y);
+}
+
+static inline uint smallest_lane(const uint8 a)
+{
+    const uint4 four = min(a.lo, a.hi);
+    const uint2 two = min(four.lo, four.hi);
+    return min(two.x, two.y);
+}

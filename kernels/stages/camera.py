@@ -1,0 +1,172 @@
+"""Cameras: where the eye is and what it sees, as a `View`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lodbench.kernels.system import View
+
+TABLE_SIZE = (1280, 1024)  # of the tables: the size that Boubekeur & Schlick and Concheiro measured at
+FOV_Y = 45.0  # degrees
+
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def _size(size: tuple[int, int]) -> tuple[int, int]:
+    width, height = (int(n) for n in size)
+    if not (1 <= width <= 16384 and 1 <= height <= 16384):
+        raise ValueError(f"size: expected 1 to 16384 pixels per side, got {width} x {height}")
+    return width, height
+
+
+def look_at(
+    eye: ArrayLike,
+    target: ArrayLike,
+    up: ArrayLike = _AXES["y"],
+    fov_y: float = FOV_Y,
+    size: tuple[int, int] = TABLE_SIZE,
+    near: float | None = None,
+    far: float | None = None,
+) -> View:
+    """A perspective view from `eye` to `target`.
+
+    Args:
+        eye: (3,) model units.
+        target: (3,) model units, other than the eye.
+        up: (3,) what shall point upwards in the image; replaced where it is along the view.
+        fov_y: whole vertical angle, degrees, above 0 and below 180.
+        size: width and height, pixels, 1 to 16384 each.
+        near: distance of the near plane, model units; None: a thousandth of the distance to the target.
+        far: distance of the far plane; None: a hundred times the distance to the target.
+
+    Raises:
+        ValueError: a value out of its range.
+    """
+    width, height = _size(size)
+    eye, target, up = (np.asarray(a, np.float64) for a in (eye, target, up))
+    back = eye - target
+    distance = float(np.linalg.norm(back))
+    if not (np.isfinite(distance) and distance > 0):
+        raise ValueError(f"target: expected a finite point other than the eye, got {target}")
+    if not 0 < fov_y < 180:
+        raise ValueError(f"fov_y: expected degrees between 0 and 180, got {fov_y}")
+    near = distance * 1e-3 if near is None else float(near)
+    far = distance * 1e2 if far is None else float(far)
+    if not 0 < near < far:
+        raise ValueError(f"near, far: expected 0 < near < far, got {near}, {far}")
+    back = back / distance
+    right = np.cross(up, back)
+    if np.linalg.norm(right) < 1e-9 * max(float(np.linalg.norm(up)), 1e-300):
+        right = np.cross(_AXES["z"] if abs(back[2]) < 0.9 else _AXES["x"], back)
+    right = right / np.linalg.norm(right)
+    basis = np.stack([right, np.cross(back, right), back])
+    camera = np.eye(4)
+    camera[:3, :3] = basis
+    camera[:3, 3] = -basis @ eye
+    focal = 1.0 / np.tan(np.radians(fov_y) / 2)
+    clip = np.zeros((4, 4))
+    clip[0, 0] = focal * height / width
+    clip[1, 1] = focal
+    clip[2, 2] = (far + near) / (near - far)
+    clip[2, 3] = 2 * far * near / (near - far)
+    clip[3, 2] = -1.0
+    return View(eye, clip @ camera, width, height)
+
+
+def _direction(azimuth: float, elevation: float) -> NDArray[np.float64]:
+    around, above = np.radians(azimuth), np.radians(elevation)
+    level = np.cos(above)
+    return np.array([np.sin(around) * level, np.sin(above), np.cos(around) * level])
+
+
+def orbit(
+    target: ArrayLike,
+    distance: float,
+    azimuth: float = 30.0,
+    elevation: float = 20.0,
+    fov: float = FOV_Y,
+    size: tuple[int, int] = TABLE_SIZE,
+) -> View:
+    """A view of `target` from `distance`, turned by azimuth and elevation.
+
+    Azimuth 0 looks along -z, 90 along -x; elevation 90 looks straight down -y. Angles in degrees, y is up.
+    """
+    target = np.asarray(target, np.float64)
+    return look_at(target + distance * _direction(azimuth, elevation), target, fov_y=fov, size=size)
+
+
+def turntable(
+    n: int,
+    target: ArrayLike,
+    distance: float,
+    elevation: float = 20.0,
+    fov: float = FOV_Y,
+    size: tuple[int, int] = TABLE_SIZE,
+) -> Iterator[View]:
+    """`n` views around `target`, a full turn in equal steps of azimuth."""
+    for step in range(n):
+        yield orbit(target, distance, 360.0 * step / n, elevation, fov, size)
+
+
+def fit_box(
+    low: ArrayLike,
+    high: ArrayLike,
+    direction: ArrayLike = (0.5, 0.35, 0.8),
+    size: tuple[int, int] = TABLE_SIZE,
+    fov_y: float = FOV_Y,
+    margin: float = 1.06,
+    up: ArrayLike = _AXES["y"],
+) -> View:
+    """The nearest view along `direction` that has all eight corners of a box in the image.
+
+    Args:
+        low: (3,) lower corner, model units.
+        high: (3,) upper corner.
+        direction: (3,) from the box towards the eye.
+        size: width and height, pixels.
+        fov_y: whole vertical angle, degrees.
+        margin: 1 touches the border; 1.06 leaves 6 % of the half size free.
+        up: (3,) what points upwards in the image.
+
+    Raises:
+        ValueError: a value out of its range.
+    """
+    low, high = np.asarray(low, np.float64), np.asarray(high, np.float64)
+    if not (np.isfinite(low).all() and np.isfinite(high).all() and (low <= high).all()):
+        raise ValueError(f"low, high: expected a finite box, got {low} to {high}")
+    direction = np.asarray(direction, np.float64)
+    length = float(np.linalg.norm(direction))
+    if not length > 0:
+        raise ValueError("direction: expected a vector that is not zero, got zeros")
+    centre = (low + high) / 2
+    radius = float(np.linalg.norm(high - low)) / 2
+    if radius <= 0:
+        radius = max(float(np.abs(centre).max()), 1.0) * 1e-3
+    width, height = _size(size)
+    # eye-space corners seen from far away have the directions that count; then move in until one touches
+    start = look_at(centre + direction / length * radius * 10, centre, up, fov_y, size)
+    rows = start.world_to_clip
+    back = -rows[3, :3]
+    tangent = np.tan(np.radians(fov_y) / 2)
+    axis_x = rows[0, :3] * tangent * width / height
+    axis_y = rows[1, :3] * tangent
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T - centre
+    along = corners @ back
+    needed = np.maximum(
+        np.abs(corners @ axis_x) * margin / (tangent * width / height),
+        np.abs(corners @ axis_y) * margin / tangent,
+    )
+    distance = max(float((along + needed).max()), radius * 0.1)
+    nearest, farthest = distance - float(along.max()), distance - float(along.min())
+    return look_at(
+        centre + direction / length * distance,
+        centre,
+        up,
+        fov_y,
+        size,
+        near=max(nearest * 0.5, distance * 1e-4),
+        far=max(farthest * 1.5, distance * 1e-3),
+    )
