@@ -24,12 +24,13 @@ def cache_folder() -> Path:
     return Path(os.environ.get("LODBENCH_CACHE") or default)
 
 
-def write_cache(path: Path, text: str) -> None:
-    """Write `text` so that a reader sees all of it or nothing; a cache that cannot be written is no error."""
+def write_cache(path: Path, content: str | bytes) -> None:
+    """Write `content` so that a reader sees all of it or nothing; a cache that cannot be written is no error."""
+    data = content.encode() if isinstance(content, str) else content
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False) as file:
-            file.write(text)
+        with tempfile.NamedTemporaryFile("wb", dir=path.parent, delete=False) as file:
+            file.write(data)
         os.replace(file.name, path)
     except OSError:
         pass

@@ -1,0 +1,26 @@
+"""Spherical parameterisation and geometry image of a closed genus-0 mesh: the set-up of the systems beside it.
+
+Wang et al., section 2: the mesh is mapped to a sphere, the sphere to an octahedron, the octahedron unfolded into a
+square, and the square sampled. The paper's own map (rays from the centre) turns triangles over on all but nearly
+star-shaped models, so the default is a coarse-to-fine embedding after Praun & Hoppe 2003.
+"""
+
+from lodbench.kernels.geometry_image.parameterisation.checks import NotSpherical, topology
+from lodbench.kernels.geometry_image.parameterisation.image import (
+    Made,
+    full_mesh,
+    geometry_image,
+    make,
+    write_image,
+)
+from lodbench.kernels.geometry_image.parameterisation.spherical import (
+    MODES,
+    NotOneToOne,
+    SphericalMap,
+    spherical_map,
+)
+
+__all__ = [
+    "MODES", "Made", "NotOneToOne", "NotSpherical", "SphericalMap", "full_mesh", "geometry_image",
+    "make", "spherical_map", "topology", "write_image",
+]  # fmt: skip
