@@ -95,7 +95,7 @@ def say_rows(
     from rich.console import Console
     from rich.table import Table
 
-    from lodbench.harness.tables import human
+    from lodbench.harness.amounts import amount
 
     colours = {"failed": "red", "noisy": "yellow", "skipped": "dim"}
     shown = [c for c in columns if any(row.get(c["key"]) not in (None, "") for row in rows)]
@@ -104,7 +104,7 @@ def say_rows(
         text = all(isinstance(row.get(column["key"]), str | None) for row in rows)
         grid.add_column(column["label"], justify="left" if text else "right", overflow="fold")
     for row in rows:
-        cells = [human(row.get(c["key"]), c.get("unit", "")) for c in shown]
+        cells = [amount(row.get(c["key"]), c.get("unit", "")) for c in shown]
         grid.add_row(*cells, style=colours.get(str(row.get("status"))))
     # a pipe or file has no width of its own: lines are as long as they need to be
     Console(width=None if sys.stdout.isatty() else 1000).print(grid)

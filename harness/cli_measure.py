@@ -100,7 +100,7 @@ def _sweep(spec: dict[str, Any], folder_of: Path | None, json_output: bool, **gi
     for number, name in enumerate(devices):
         out = folder_of
         if out is not None and len(devices) > 1:
-            out = out / f"{number}-{re.sub(r'[^A-Za-z0-9]+', '-', name)}"
+            out = out / f"device-{number}"
         folder, left_out = measure(
             [sweep.table(spec)], device_name=name, out=out, quick=False,
             options={"sweep": spec}, **given,

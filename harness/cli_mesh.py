@@ -29,7 +29,7 @@ def _input(path: Path) -> Any:
     return surface
 
 
-def _cells(text: str | None) -> int | float | tuple[int, ...] | None:
+def _cells(text: str | None) -> Any:
     """`90`, `90.5` or `90,60,30` as the API takes it; whether it is in range is the API's to say."""
     if text is None:
         return None

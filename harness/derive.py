@@ -29,8 +29,7 @@ def write_tables(folder: Path) -> list[dict[str, Any]]:
 
 
 def write_report(folder: Path) -> Path | None:
-    """Tables, figures and `report.html`; None where the packages of the report extra are absent."""
-    write_tables(folder)
+    """Figures and `report.html` of a run whose tables are written; None without the report extra's packages."""
     try:
         from lodbench.harness import report
     except ImportError:

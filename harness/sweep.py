@@ -43,7 +43,7 @@ from lodbench.harness.tables import (
 if sys.version_info >= (3, 11):
     import tomllib
 else:
-    import tomli as tomllib
+    import tomli as tomllib  # pyright: ignore[reportMissingImports]  the same module, before 3.11
 
 KEYS = ("name", "systems", "datasets", "devices", "quality", "case", "params")
 

@@ -18,6 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from lodbench.harness.amounts import amount
 from lodbench.harness.group import Group
 from lodbench.harness.record import GroupRecord, RunRecord, SubjectRecord, plain, write_json
 from lodbench.harness.registry import closest
@@ -167,31 +168,6 @@ def ratios(
     return row
 
 
-def human(value: Any, unit: str = "") -> str:
-    """A value for people: four significant digits, seconds and bytes in a readable unit, None as a dash."""
-    if value is None or value == "":
-        return "–"
-    if isinstance(value, bool | str):
-        return str(value)
-    if isinstance(value, list | tuple):
-        return " x ".join(human(item) for item in value)
-    if unit == "s":
-        for scale, name in ((1.0, "s"), (1e-3, "ms")):
-            if abs(value) >= scale:
-                return f"{value / scale:.4g} {name}"
-        return f"{value / 1e-6:.4g} us"
-    if unit == "B":
-        for scale, name in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
-            if abs(value) >= scale:
-                return f"{value / scale:.4g} {name}"
-        return f"{value:.4g} B"
-    if isinstance(value, int):
-        return f"{value:,}"
-    if abs(value) >= 1e5:
-        return f"{value:.4g}" if abs(value) >= 1e9 else f"{value:,.0f}"
-    return f"{value:.4g}"
-
-
 def document(table: Table, run: RunRecord) -> dict[str, Any]:
     """The table as it is written: every row has every column's key."""
     rows = table.rows(run, run.of_table(table.id))
@@ -222,7 +198,7 @@ def markdown(made: Mapping[str, Any]) -> str:
         lines.append("| " + " | ".join(column["label"] for column in columns) + " |")
         lines.append("|" + " --- |" * len(columns))
     for row in made["rows"]:
-        cells = [human(row[column["key"]], column["unit"]) for column in columns]
+        cells = [amount(row[column["key"]], column["unit"]) for column in columns]
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     if made["notes"]:
         lines += ["", *(f"- {note}" for note in made["notes"])]

@@ -8,7 +8,7 @@ import numpy as np
 
 from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness import limits, registry, tables
+from lodbench.harness import derive, limits, registry, tables
 from lodbench.harness.group import Group, Subject
 from lodbench.harness.tables import Column, Table, measured, ratio_columns, ratios
 from lodbench.kernels.device import DeviceError, Unsupported
@@ -125,10 +125,11 @@ def find(name):
 
 
 def install(patch=setattr, seconds=0.0):
-    """Put the fakes in place of the registry, the catalogue, the tables and the limits."""
+    """Put the fakes in place of the registry, the catalogue, the tables, the limits and the report."""
     made = table(seconds)
     patch(registry, "registry", lambda: registry.Registry(dict(SYSTEMS), {"gone": "no package"}))
     patch(catalogue, "find", find)
     patch(tables, "tables", lambda: {made.id: made})
     patch(limits, "measure", lambda device: LIMITS)
+    patch(derive, "write_report", lambda folder: None)
     return made

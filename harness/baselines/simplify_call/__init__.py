@@ -1,7 +1,7 @@
 """The whole of `simplify_mesh` on an open device: host arrays in, upload, frame, read-back, host arrays out.
 
-What a caller waits for, and so what stands beside a package that is called the same way. The program is compiled and the
-device open, as at any call but the first.
+What a caller waits for, and so what stands beside a package that is called the same way. The program is compiled
+and the device open, as at any call but the first.
 """
 
 from __future__ import annotations

@@ -1,0 +1,168 @@
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+
+from lodbench.harness import tables
+from lodbench.harness.record import GroupRecord, RunRecord, SubjectRecord
+from lodbench.harness.tables import Column, Table, measured, ratios
+
+
+def subject(label, seconds, *, status="ok", **facts):
+    """Samples in turns 3, 4 ...; `seconds` is a list of wall times, or of {stage: seconds}."""
+    found = SubjectRecord(label, system=label, status=status, reason="", **facts)
+    for turn, value in enumerate(seconds, 3):
+        stages = value if isinstance(value, dict) else {"call": value}
+        wall = sum(stages.values())
+        found.samples.append({"turn": turn, "wall_s": wall, "cpu_s": wall, "stage_s": stages})
+    return found
+
+
+def group(*subjects, table="t", config=None, others=0.0, **facts):
+    found = GroupRecord(
+        "g", table, "n", str(facts.get("dataset")), "d", facts, config or {}, others
+    )
+    found.subjects = {subject.label: subject for subject in subjects}
+    return found
+
+
+def run(*groups):
+    return RunRecord(Path(), {"seed": 0, "device": {"name": "a device"}}, list(groups))
+
+
+def rows_of(name, *groups):
+    made = tables.document(tables.table(name), run(*groups))
+    return {row["system"]: row for row in made["rows"]}, made
+
+
+def test_ratio_says_how_many_times_faster_the_row_is():
+    both = group(subject("ours", [1.0, 2.0, 3.0]), subject("theirs", [4.0, 8.0, 12.0]))
+    row = ratios(both, both.subjects["ours"], ["theirs"])
+    assert row == {"ratio_to_theirs": 4, "ratio_to_theirs_low": 4, "ratio_to_theirs_high": 4}
+    assert ratios(both, both.subjects["theirs"], ["theirs", "absent"]) == dict.fromkeys(
+        f"ratio_to_{name}{end}" for name in ("theirs", "absent") for end in ("", "_low", "_high")
+    )
+
+
+@pytest.mark.parametrize("bad", [{"status": "failed"}, {"footprint": {"batches": 3}}])
+def test_failed_and_batched_rows_stay_out_of_ratios(bad):
+    both = group(subject("ours", [1.0] * 3), subject("theirs", [4.0] * 3, **bad))
+    assert ratios(both, both.subjects["ours"], ["theirs"])["ratio_to_theirs"] is None
+    assert ratios(both, both.subjects["theirs"], ["ours"])["ratio_to_ours"] is None
+
+
+def test_single_sample_of_a_very_slow_subject_still_gives_a_ratio_without_interval():
+    slow = subject("theirs", [40.0])
+    slow.samples[0]["turn"] = 0
+    both = group(subject("ours", [2.0] * 10), slow)
+    row = ratios(both, both.subjects["ours"], ["theirs"])
+    assert (row["ratio_to_theirs"], row["ratio_to_theirs_low"]) == (20, None)
+
+
+def test_noisy_row_says_why():
+    row = measured(group(others=0.5), subject("ours", [1.0] * 10))
+    quiet = measured(group(others=0.5), subject("ours", [1.0] * 10))
+    assert row == quiet
+    found = group(subject("ours", [1.0] * 10), others=0.5)
+    row = measured(found, found.subjects["ours"])
+    assert (row["status"], row["samples"]) == ("noisy", 10)
+    assert "50%" in row["reason"]
+
+
+def test_written_table_is_the_same_in_json_csv_and_markdown(tmp_path):
+    made = Table(
+        "x", "A title", "A source", lambda quick: [],
+        (Column("system", "system"), Column("wall_s", "median wall", "s"), Column("none", "empty")),
+        lambda run, records: [{"system": "a|b", "wall_s": 0.00123456, "other": 3, "status": "ok"}],
+        ("a note",),
+    )  # fmt: skip
+    record = run()
+    record.folder = tmp_path
+    tables.write(made, record)
+    written = json.loads((tmp_path / "tables/x.json").read_text())
+    assert {"id", "title", "source", "device", "columns", "rows"} <= set(written)
+    assert written["columns"][1] == {"key": "wall_s", "label": "median wall", "unit": "s"}
+    assert written["rows"] == [
+        {"system": "a|b", "wall_s": 0.00123456, "none": None, "status": "ok", "reason": None}
+    ]
+    text = (tmp_path / "tables/x.md").read_text()
+    assert r"| a\|b | 1.235 ms |" in text
+    assert "empty" not in text
+    assert "- a note" in text
+    (row,) = csv.DictReader(io.StringIO((tmp_path / "tables/x.csv").read_text()))
+    assert (row["wall_s"], row["none"]) == ("0.00123456", "")
+
+
+def test_every_table_names_its_module_and_has_status_columns_and_unique_keys():
+    for name, table in tables.tables().items():
+        assert __import__(f"lodbench.harness.tables.{name}", fromlist=["x"]).TABLE is table
+        keys = [column["key"] for column in tables.document(table, run())["columns"]]
+        assert len(keys) == len(set(keys))
+        assert {"system", "wall_s", "status", "reason"} <= set(keys)
+
+
+def test_every_table_has_different_groups_with_different_labels():
+    for table in tables.tables().values():
+        for quick in (False, True):
+            names = [made.name for made in table.groups(quick)]
+            assert len(set(names)) == len(names)
+            for made in table.groups(quick):
+                labels = [subject.name for subject in made.subjects]
+                assert len(set(labels)) == len(labels)
+
+
+def test_gmr05_rows_have_both_counts_and_published_values():
+    counters = {"vertices": 10 * 2145}
+    static = {"stored_vertices": 21_450, "static_vertices": 21_450, "batches": 1}
+    small = {"stored_vertices": 2145, "static_vertices": 21_450, "batches": 1}
+    rows, made = rows_of(
+        "gmr05_figure7",
+        group(
+            subject("static_vbo", [0.002] * 10, counters=counters, footprint=static),
+            subject("pattern_per_triangle", [0.004] * 10, counters=counters, footprint=small),
+            subject("device_fill", [0.001] * 10),
+            table="gmr05_figure7", segments=64, coarse_triangles=10, dataset="sphere_10",
+        ),
+    )  # fmt: skip
+    assert rows["static_vbo"]["published_frame_fps"] == 973.10
+    assert rows["static_vbo"]["stored_vertices_square"] == 42_250
+    assert rows["static_vbo"]["published_vertices"] == 42_250
+    ours = rows["pattern_per_triangle"]
+    assert ours["stored_vertices"] == 2145
+    assert ours["stored_vertices_square"] == ours["published_vertices"] == 4225
+    assert ours["stored_share"] == 0.1  # one pattern for ten coarse triangles
+    assert ours["stage_fps"] == pytest.approx(250)
+    assert ours["frame_fps"] is None
+    assert ours["fill_share"] == pytest.approx(0.25)
+    assert ours["ratio_to_static_vbo"] == pytest.approx(0.5)
+    assert ours["published_ratio_to_static_vbo"] == pytest.approx(965.12 / 973.10)
+    assert ours["vertices_per_s"] == pytest.approx(10 * 2145 / 0.004)
+    assert any("331,938" in note for note in made["notes"])
+
+
+def test_dt07_rows_have_passes_ratios_and_the_exponent_of_time():
+    def sized(name, triangles, seconds):
+        passes = {"pass_1": 0.7 * seconds, "pass_2": 0.1 * seconds, "pass_3": 0.2 * seconds}
+        return group(
+            subject("quadric_clustering", [seconds] * 5, params={"cells": 40.5}),
+            subject("separate", [passes] * 5),
+            subject("fast_simplification", [20 * seconds] * 5),
+            table="dt07_timing", config={"dataset": name}, dataset=name, triangles_in=triangles,
+        )  # fmt: skip
+
+    small = sized("displaced_icosphere_100k", 100_000, 0.001)
+    large = sized("displaced_icosphere_10m", 10_000_000, 0.1)
+    scan = sized("bunny_69k", 70_000, 0.001)
+    rows, _ = rows_of("dt07_timing", small)
+    assert rows["separate"]["pass_1_share"] == pytest.approx(0.7)
+    assert rows["separate"]["published_pass_1_share"] == 0.75
+    assert rows["quadric_clustering"]["pass_1_s"] is None
+    assert rows["quadric_clustering"]["ratio_to_fast_simplification"] == pytest.approx(20)
+    assert rows["quadric_clustering"]["cells"] == 40.5
+    assert rows["quadric_clustering"]["published_ratio_to_cpu"] == 20
+    assert rows["quadric_clustering"]["time_exponent"] is None, "one size has no slope"
+    rows, _ = rows_of("dt07_timing", scan, small, large)
+    assert rows["quadric_clustering"]["time_exponent"] == pytest.approx(1.0)
+    assert rows["quadric_clustering"]["published_time_exponent"] == 1
