@@ -308,5 +308,5 @@ def test_vector_memory_moves_unaligned_vectors_in_every_address_space(sound, tmp
         if not re.search(r"^// Defines", path.read_text(), re.M) and path.name != "prelude.cl"
     ],
 )
-def test_kernel_file_builds_with_and_without_the_prelude(either, file):
-    assert either.build(file) is not None
+def test_kernel_file_builds_with_and_without_the_prelude(sound, file):
+    assert sound.build(file) is not None
