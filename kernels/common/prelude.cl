@@ -37,8 +37,16 @@ LB_FLOAT(float) LB_FLOAT(float2) LB_FLOAT(float3) LB_FLOAT(float4) LB_FLOAT(floa
 #define LB_MIX_SCALAR(V) LB_INLINE V lb_mix(V a, V b, float t) { return a + (b - a) * t; }
 LB_MIX_SCALAR(float2) LB_MIX_SCALAR(float3) LB_MIX_SCALAR(float4) LB_MIX_SCALAR(float8) LB_MIX_SCALAR(float16)
 
-// fma keeps its single rounding, and root its one instruction, lane by lane: all lanes in one list, since the compiler
-// makes full-width instructions of a list and half-width ones of two halves
+// fma keeps its single rounding: where the target has the instruction, a contracted sum of the whole vector is one.
+// Elsewhere, and for the root, all lanes in one list: the compiler makes half-width instructions of two halves
+#ifdef __FMA__
+#define LB_FMA(T)                                                                                                      \
+    LB_INLINE T lb_fma(T a, T b, T c)                                                                                  \
+    {                                                                                                                  \
+        _Pragma("OPENCL FP_CONTRACT ON") return a * b + c;                                                             \
+    }
+LB_FMA(float) LB_FMA(float2) LB_FMA(float3) LB_FMA(float4) LB_FMA(float8) LB_FMA(float16)
+#else
 LB_INLINE float lb_fma(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
 LB_INLINE float2 lb_fma(float2 a, float2 b, float2 c) { return (float2)(lb_fma(a.x, b.x, c.x), lb_fma(a.y, b.y, c.y)); }
 LB_INLINE float3 lb_fma(float3 a, float3 b, float3 c) { return (float3)(lb_fma(a.xy, b.xy, c.xy), lb_fma(a.z, b.z, c.z)); }
@@ -62,6 +70,7 @@ LB_INLINE float16 lb_fma(float16 a, float16 b, float16 c)
         __builtin_fmaf(a.sb, b.sb, c.sb), __builtin_fmaf(a.sc, b.sc, c.sc), __builtin_fmaf(a.sd, b.sd, c.sd),
         __builtin_fmaf(a.se, b.se, c.se), __builtin_fmaf(a.sf, b.sf, c.sf));
 }
+#endif
 
 LB_INLINE float lb_sqrt(float a) { return __builtin_sqrtf(a); }
 #ifdef cl_khr_fp64
