@@ -16,13 +16,17 @@ Out-of-Core Simplification of Large Polygonal Models.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.api import Result
 from lodbench.kernels.cluster.grid import Cells, check_cells
 from lodbench.kernels.cluster.quadric_clustering.host import QuadricClustering, prepare
-from lodbench.kernels.system import System
+from lodbench.kernels.cluster.quadric_clustering.search import prepare_target
+from lodbench.kernels.device import Device
+from lodbench.kernels.system import System, run
 
-__all__ = ["Params", "SYSTEM", "QuadricClustering"]
+__all__ = ["Params", "SYSTEM", "QuadricClustering", "simplify"]
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class Params:
             64-bit integers and atomics, always in separate passes; "auto": private on a CPU. Each gives the same bits
             on every run; fixed_point also for any order of the triangles.
         chunks: private maps, 1 to 4; the number decides how sums are rounded, so it belongs to the parameters.
-        remove_duplicates: keep only the first of output triangles with the same three vertices, whichever way they face.
+        remove_duplicates: of output triangles with the same three vertices, whichever way they face, keep the first.
     """
 
     cells: Cells = 64
@@ -63,6 +67,35 @@ class Params:
                 raise ValueError(f"{name}: expected one of {expected}, got {getattr(self, name)!r}")
         if not 1 <= self.chunks <= 4:
             raise ValueError(f"chunks: expected 1 to 4, got {self.chunks}")
+
+
+def simplify(
+    device: Device,
+    mesh: TriangleMesh,
+    *,
+    target_count: int | None = None,
+    cells: Cells | None = None,
+    **options: Any,
+) -> Result:
+    """The simplified mesh, by a number of triangles or by a grid; `options` are those of `Params`.
+
+    With a target, `counters` also holds `target`, `target_gap` (triangles short of it) and `counting_passes`.
+    """
+    searched: dict[str, int | float] = {}
+    if target_count is None:
+        prepared = prepare(device, mesh, Params(64 if cells is None else cells, **options))
+    else:
+        prepared, found = prepare_target(device, mesh, target_count, Params(**options))
+        searched = {
+            "target": found.target, "target_gap": found.gap, "counting_passes": found.counts,
+            "cells_along_longest": found.cells,
+        }  # fmt: skip
+    frame = run(device, prepared)
+    simplified = prepared.result()[0]
+    return Result(
+        simplified, prepared.vertex_map(), (simplified,), {**prepared.counters(), **searched},
+        prepared.setup, frame,
+    )  # fmt: skip
 
 
 SYSTEM = System(
