@@ -67,9 +67,7 @@ class Grid:
     extent: float
 
     @classmethod
-    def over(
-        cls, low: NDArray[np.floating], high: NDArray[np.floating], cells: Cells
-    ) -> Grid:
+    def over(cls, low: NDArray[np.floating], high: NDArray[np.floating], cells: Cells) -> Grid:
         """The grid over the box from `low` to `high`, (3,) model units.
 
         Args:
@@ -114,6 +112,15 @@ class Grid:
     def cell_count(self) -> int:
         """Cells in all, occupied or not."""
         return math.prod(self.counts)
+
+    @property
+    def arguments(self) -> dict[str, tuple[float, ...]]:
+        """What a kernel that calls `common/grid.cl` is given."""
+        return {
+            "low": (*self.low, self.prescale),
+            "per_axis": (*self.per_axis, self.inverse),
+            "cells": (*self.counts, 0),
+        }
 
     def points(self, positions: NDArray[np.float32]) -> NDArray[np.float32]:
         """Positions (n, 3) float32 in units of the largest cell edge from the box corner, as the kernels round them."""

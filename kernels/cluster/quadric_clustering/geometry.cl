@@ -10,7 +10,7 @@
 //           piece_counts  uint[map_count]              triangles in each piece
 // Needs     common/chunk.cl cluster/quadric_clustering/share.cl
 
-#define AHEAD 12 // triangles between a prefetch and its use
+#define AHEAD 24 // triangles between a prefetch and its use
 
 typedef struct { float4 x, y, z, w; } geometry_four;
 
@@ -44,7 +44,7 @@ static inline void geometry_add(
 typedef struct { int4 a, b, c, distinct; } geometry_ranks;
 
 // four triangles given by twelve indices; live: 1, or 0 for a triangle that only fills up the four
-static inline geometry_ranks geometry_four_triangles(
+static inline __attribute__((always_inline)) geometry_ranks geometry_four_triangles(
     __global const float4 *restrict points, __global float8 *restrict map, const uint *index, const float4 live)
 {
     const float4 a0 = points[index[0]], b0 = points[index[1]], c0 = points[index[2]];
@@ -89,7 +89,7 @@ static inline __global float8 *geometry_clear(__global float8 *restrict maps, co
 }
 
 // the last triangles of a share, fewer than four: the rest of the four repeats one of them with no weight
-static inline geometry_ranks geometry_last_triangles(__global const float4 *restrict points,
+static inline __attribute__((always_inline)) geometry_ranks geometry_last_triangles(__global const float4 *restrict points,
     __global const uint *restrict triangles, __global float8 *restrict map, const uint2 share, const uint t)
 {
     uint index[12];
@@ -104,13 +104,15 @@ static inline geometry_ranks geometry_last_triangles(__global const float4 *rest
     return geometry_four_triangles(points, map, index, vload4(0, live));
 }
 
-static inline geometry_ranks geometry_next_triangles(__global const float4 *restrict points,
+static inline __attribute__((always_inline)) geometry_ranks geometry_next_triangles(__global const float4 *restrict points,
     __global const uint *restrict triangles, __global float8 *restrict map, const uint t, const uint triangle_count)
 {
     // the addresses ahead stay inside the array: the last ones are asked for again
     __global const uint *ahead = triangles + 3 * (size_t)min(t + AHEAD, triangle_count - 4);
+#pragma unroll
     for (uint i = 0; i < 12; ++i) prefetch(points + ahead[i], 1);
     uint index[12];
+#pragma unroll
     for (uint i = 0; i < 12; ++i) index[i] = triangles[3 * (size_t)t + i];
     return geometry_four_triangles(points, map, index, (float4)(1.0f));
 }

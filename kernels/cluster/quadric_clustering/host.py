@@ -50,6 +50,7 @@ class QuadricClustering:
         self.params = params
         self.setup = upload.setup
         self._frame: list[Callable[[Timeline], Any]] = []
+        self._ran = False
         before = device.used_bytes
         self.grid = Grid.over(upload.low, upload.high, params.cells)
         accumulate = params.accumulate
@@ -104,10 +105,8 @@ class QuadricClustering:
         self._state = device.allocate("state", 4, np.uint32)
         place = {
             "positions": self._upload.positions,
-            "low": (*grid.low, grid.prescale),
-            "per_axis": (*grid.per_axis, grid.inverse),
-            "cells": (*grid.counts, 0),
             "vertex_count": self._vertices,
+            **grid.arguments,
         }
         rank = {"words": words, "chunk_sums": self._chunk_sums, "word_count": words_count}
         self._frame += [
@@ -281,11 +280,14 @@ class QuadricClustering:
 
     def enqueue(self, frame: Frame, timeline: Timeline) -> None:
         """All passes; never waits. The input is the same each frame."""
+        self._ran = True
         for step in self._frame:
             step(timeline)
 
     def _live(self) -> tuple[int, int]:
-        """Output vertices and triangles of the last frame."""
+        """Output vertices and triangles of the last frame; one is run when there was none."""
+        if not self._ran:
+            self.enqueue(Frame(), Timeline())
         occupied = int(self._device.read(self._state)[0])
         if occupied > self._capacity:
             raise DeviceError(
@@ -334,9 +336,7 @@ class QuadricClustering:
         }
 
     def _output_bytes(self) -> int:
-        return (
-            self._vertices_out.size_bytes + self._survivors.size_bytes + self._counts.size_bytes
-        )
+        return self._vertices_out.size_bytes + self._survivors.size_bytes + self._counts.size_bytes
 
     def footprint(self) -> Footprint:
         """Input, room for the output, and everything between."""
