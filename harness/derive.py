@@ -33,6 +33,9 @@ def write_report(folder: Path) -> Path | None:
     try:
         from lodbench.harness import report
     except ImportError:
+        from lodbench.harness import plots
+
+        plots.write_figures(folder)
         return None
     return report.write_report(folder)
 

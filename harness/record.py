@@ -190,6 +190,7 @@ class RunRecord:
 _SUBJECT_FIELDS = (
     "status", "reason", "check", "counters", "footprint", "traffic", "quality", "read_back_s",
 )  # fmt: skip
+_GROUP_FIELDS = ("group", "table", "name", "dataset", "device", "facts", "config")
 _SETUP_FIELDS = ("system", "params", "phases", "from_cache", "memory_growth_bytes")
 
 
@@ -219,12 +220,12 @@ def read_run(folder: Path) -> RunRecord:
             continue
         key = (row["group"], row["attempt"])
         if kind == "begin":
-            open_groups[key] = GroupRecord(
-                **{
-                    name: row[name]
-                    for name in ("group", "table", "name", "dataset", "device", "facts", "config")
-                }
-            )
+            group = GroupRecord(**{name: row[name] for name in _GROUP_FIELDS})
+            for subject in group.config.get("subjects", []):  # the order is that of the definition
+                group.subjects[subject["label"]] = SubjectRecord(
+                    subject["label"], subject["system"]
+                )
+            open_groups[key] = group
         elif kind == "superseded":
             open_groups.pop(key, None)
         elif key in open_groups:
