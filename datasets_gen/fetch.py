@@ -129,4 +129,5 @@ def _checked(scan: Scan, archive: Path):
             )
         return parse_ply(data)
     except (OSError, EOFError, KeyError, ValueError, tarfile.TarError) as error:
-        raise FileError(f"{scan.name}: {scan.url} is not the scan: {error}") from error
+        why = " ".join(str(error).split())[:200]
+        raise FileError(f"{scan.name}: {scan.url} is not the scan: {why}") from error

@@ -69,7 +69,10 @@ class _Statements:
         name = key.decode()
         if widths.min() < least:
             raise ValueError(f"expected {least} numbers after {name!r}, got {widths.min()}")
-        values = numbers_in(self.text[self.kind_of_byte == kind].tobytes())
+        try:
+            values = numbers_in(self.text[self.kind_of_byte == kind].tobytes())
+        except ValueError:
+            values = np.zeros(0)
         if len(values) != widths.sum():
             raise ValueError(f"expected numbers after {name!r}, got something else")
         starts = np.cumsum(widths) - widths
@@ -103,7 +106,8 @@ class _Statements:
             # -1 is the last one before this line
             seen = [np.cumsum(self.kind == k)[faces] for k in range(3)]
             before = np.repeat(np.stack(seen, axis=1), lengths, axis=0)
-            result = np.where(result < 0, np.maximum(result + before + 1, -1), result)
+            counted = result + before + 1
+            result = np.where(result < 0, np.where(counted > 0, counted, -1), result)
         return lengths, result
 
 

@@ -78,7 +78,7 @@ def _header(data: bytes) -> tuple[str, list[_Element], int]:
 
 def numbers_in(text: bytes, dtype: type = np.float64) -> NDArray:
     """The numbers in a text of numbers parted by white space; ValueError where it holds anything else."""
-    if not text.strip():
+    if not text or text.isspace():
         return np.zeros(0, dtype)
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)

@@ -38,7 +38,8 @@ def _plate(genus: int, sharp: bool, count: int) -> Sized:
     columns = int(np.ceil(np.sqrt(max(genus, 1))))
     rows = -(-max(genus, 1) // columns)
     quads, rim = 9 * rows * columns - genus, 6 * (rows + columns) + 4 * genus  # times b^2 and b
-    block = max(1, round((count / (4 * quads)) ** 0.5))
+    # the positive root of 4 quads b^2 + 2 rim b = count
+    block = max(1, round(((rim**2 + 4 * quads * count) ** 0.5 - rim) / (4 * quads)))
     return 4 * quads * block**2 + 2 * rim * block, partial(shapes.plate, block, genus, sharp)
 
 

@@ -1,0 +1,360 @@
+import os
+import struct
+import warnings
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from lodbench.datasets_gen import read, triangles
+from lodbench.datasets_gen.read import FileError, check_writable, read_mesh, write_mesh
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from tests.datasets_gen.topology import soup, topology
+from tests.tolerances import ROUNDING32
+
+NASTY_FILES = {
+    # vertices, triangles
+    "empty.obj": (0, 0),
+    "empty.ply": (0, 0),
+    "empty.stl": (0, 0),
+    "negative_indices.obj": (None, 12),
+    "polygonfaces.obj": (5, 3),
+    "points_emptyface.ply": (1024, 0),
+    "degenerate_mesh.obj": (3, 1),
+    "deg_faces.obj": (None, 4),
+    "extra_vertex.obj": (None, 3),
+    "two_faces_123.obj": (6, 2),
+}
+NASTY_CASES = {
+    "nan_vertex": "points: expected finite",
+    "index_out_of_range": "faces: expected indices",
+    "index_negative": "faces: expected indices",
+}
+
+
+@pytest.fixture
+def rich():
+    """A mesh with every attribute; colours are whole bytes, so that 8-bit formats keep them."""
+    mesh = triangles.terrain(6)
+    random = np.random.default_rng(0)
+    colours = random.integers(0, 256, (mesh.vertex_count, 3)) / 255
+    tags = random.random((mesh.vertex_count, 3))
+    return TriangleMesh(mesh.positions, mesh.triangles, mesh.normals, mesh.uvs, colours, tags)
+
+
+def one_line(call, *arguments):
+    with pytest.raises(FileError) as caught:
+        call(*arguments)
+    text = str(caught.value)
+    assert "\n" not in text and len(text) < 700
+    return text
+
+
+def near(a, b):
+    return (a is None) == (b is None) and (a is None or np.abs(a - b).max() <= ROUNDING32)
+
+
+@pytest.mark.parametrize(
+    "suffix, kept",
+    [
+        (".ply", ("normals", "uvs", "colours", "tags")),
+        (".obj", ("normals", "uvs", "colours")),
+        (".off", ()),
+        (".gltf", ("normals", "uvs")),
+        (".glb", ("normals", "uvs")),
+    ],
+)
+def test_round_trip_keeps_order_and_what_the_format_carries(tmp_path, rich, suffix, kept):
+    path = tmp_path / f"mesh{suffix}"
+    write_mesh(path, rich)
+    result = read_mesh(path)
+    assert np.array_equal(result.positions, rich.positions)
+    assert np.array_equal(result.triangles, rich.triangles)
+    for name in ("normals", "uvs", "colours", "tags"):
+        expected = getattr(rich, name) if name in kept else None
+        assert near(getattr(result, name), expected), name
+    assert os.listdir(tmp_path) == [path.name]
+
+
+@pytest.mark.parametrize("suffix", [".gltf", ".glb"])
+def test_gltf_keeps_colours_where_there_are_no_uvs(tmp_path, rich, suffix):
+    path = tmp_path / f"mesh{suffix}"
+    write_mesh(path, TriangleMesh(rich.positions, rich.triangles, colours=rich.colours))
+    result = read_mesh(path)
+    assert near(result.colours, rich.colours)
+    assert result.normals is None and result.uvs is None
+
+
+def test_stl_round_trip_keeps_the_triangles_and_welds_them(tmp_path):
+    mesh = triangles.icosphere(2)
+    write_mesh(tmp_path / "mesh.STL", mesh)
+    result = read_mesh(tmp_path / "mesh.STL")
+    assert np.array_equal(soup(result), soup(mesh))
+    assert topology(result) == topology(mesh)
+
+
+@pytest.mark.parametrize("suffix", read.SUFFIXES)
+def test_no_triangles_out_no_triangles_in(tmp_path, suffix):
+    path = tmp_path / f"mesh{suffix}"
+    for points in (np.zeros((0, 3)), np.eye(3)):
+        write_mesh(path, TriangleMesh(points, np.zeros((0, 3), np.uint32)))
+        result = read_mesh(path)
+        assert result.triangle_count == 0
+        if suffix in (".ply", ".obj", ".off"):
+            assert np.array_equal(result.positions, points)
+
+
+@pytest.mark.parametrize("suffix", read.SUFFIXES)
+def test_trimesh_reads_what_is_written(tmp_path, suffix):
+    mesh = triangles.torus(8, 5)
+    path = tmp_path / f"mesh{suffix}"
+    write_mesh(path, TriangleMesh(mesh.positions, mesh.triangles))
+    seen = trimesh.load_mesh(path, process=False)
+    assert np.allclose(np.asarray(seen.triangles).reshape(-1, 9), soup(mesh), atol=1e-6)
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".off", ".glb"])
+@pytest.mark.parametrize("scale", [1e-30, 1.0, 1e30])
+def test_round_trip_is_exact_at_every_scale(tmp_path, suffix, scale):
+    mesh = triangles.icosphere(1)
+    scaled = TriangleMesh(mesh.positions * np.float32(scale), mesh.triangles)
+    write_mesh(tmp_path / f"mesh{suffix}", scaled)
+    assert np.array_equal(read_mesh(tmp_path / f"mesh{suffix}").positions, scaled.positions)
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".off", ".stl"])
+@settings(
+    max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(data=st.data())
+def test_any_mesh_survives_a_round_trip(tmp_path, suffix, data):
+    floats = st.floats(width=32, allow_nan=False, allow_infinity=False)
+    points = data.draw(st.lists(st.tuples(floats, floats, floats), max_size=6))
+    index = st.integers(0, max(len(points) - 1, 0))
+    faces = data.draw(st.lists(st.tuples(index, index, index), max_size=6)) if points else []
+    mesh = TriangleMesh(
+        np.array(points, np.float32).reshape(-1, 3), np.array(faces, np.uint32).reshape(-1, 3)
+    )
+    write_mesh(tmp_path / f"mesh{suffix}", mesh)
+    result = read_mesh(tmp_path / f"mesh{suffix}")
+    assert np.array_equal(soup(result), soup(mesh))
+    if suffix != ".stl":
+        assert np.array_equal(result.positions, mesh.positions)
+        assert np.array_equal(result.triangles, mesh.triangles)
+
+
+@pytest.mark.parametrize("suffix", read.SUFFIXES)
+@settings(
+    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(data=st.data())
+def test_damaged_files_end_in_a_mesh_or_one_line(tmp_path, suffix, data):
+    path = tmp_path / f"mesh{suffix}"
+    if not path.exists():
+        write_mesh(path, triangles.plane(2))
+    whole = path.read_bytes()
+    start = data.draw(st.integers(0, len(whole) - 1))
+    end = data.draw(st.integers(start, min(len(whole), start + 8)))
+    damaged = tmp_path / f"damaged{suffix}"
+    damaged.write_bytes(whole[:start] + data.draw(st.binary(max_size=8)) + whole[end:])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            assert isinstance(read_mesh(damaged), TriangleMesh)
+        except FileError as error:
+            assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".stl", ".glb", ".off", ".gltf"])
+def test_truncated_file_is_refused_wherever_it_ends(tmp_path, suffix):
+    path = tmp_path / f"mesh{suffix}"
+    write_mesh(path, triangles.plane(3))
+    whole = path.read_bytes().rstrip()  # white space at the end may go
+    for length in {1, 10, 80, 84, 100, len(whole) // 3, len(whole) // 2, len(whole) - 50}:
+        path.write_bytes(whole[:length])
+        one_line(read_mesh, path)
+    if suffix != ".off":  # the last digits of a text may go unnoticed
+        path.write_bytes(whole[:-1])
+        one_line(read_mesh, path)
+
+
+def test_truncated_ascii_stl_is_refused(tmp_path):
+    path = tmp_path / "mesh.stl"
+    facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+    whole = f"solid a\n{facet}{facet}endsolid a\n"
+    path.write_text(whole)
+    assert (read_mesh(path).vertex_count, read_mesh(path).triangle_count) == (3, 2)
+    for length in (60, len(whole) // 2, len(whole) - 12):
+        path.write_text(whole[:length])
+        assert "truncated" in one_line(read_mesh, path)
+    path.write_text(whole.replace("vertex 1 0 0", "vertex 1 zero 0"))
+    one_line(read_mesh, path)
+
+
+@pytest.mark.parametrize("suffix", read.SUFFIXES)
+def test_wrong_content_is_refused(tmp_path, suffix):
+    path = tmp_path / f"mesh{suffix}"
+    for content in (b"", b"<html>not found</html>\n", bytes(range(256)), b"ply\n"):
+        path.write_bytes(content)
+        assert str(path) in one_line(read_mesh, path)
+
+
+def test_missing_file_folder_and_suffix_are_told_apart(tmp_path):
+    assert "no such file" in one_line(read_mesh, tmp_path / "none.ply")
+    (tmp_path / "folder.ply").mkdir()
+    assert "got a folder" in one_line(read_mesh, tmp_path / "folder.ply")
+    assert "expected a suffix of .ply" in one_line(read_mesh, tmp_path / "mesh.blend")
+    assert "got none" in one_line(read_mesh, tmp_path / "mesh")
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".off", ".ply"])
+@pytest.mark.parametrize("word", ["nan", "inf", "1e39"])
+def test_points_that_are_no_float32_are_refused(tmp_path, suffix, word):
+    path = tmp_path / f"mesh{suffix}"
+    text = {
+        ".obj": f"v 0 0 0\nv 1 0 {word}\nv 0 1 0\nf 1 2 3\n",
+        ".off": f"OFF\n3 1 0\n0 0 0\n1 0 {word}\n0 1 0\n3 0 1 2\n",
+        ".ply": "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        f"0 0 0\n1 0 {word}\n0 1 0\n3 0 1 2\n",
+    }[suffix]
+    path.write_text(text)
+    assert "points: expected finite float32 values" in one_line(read_mesh, path)
+
+
+def test_off_polygons_comments_and_colours_are_read(tmp_path):
+    path = tmp_path / "mesh.off"
+    path.write_text(
+        "COFF # a comment\n\n4 2 0\n0 0 0 255 0 0 1\n1 0 0 1 1 1 1\n1 1 0 1 1 1 1\n0 1 0 1 1 1 1\n"
+        "4 0 1 2 3 255 0 0\n3 0 1 2\n"
+    )
+    mesh = read_mesh(path)
+    assert mesh.triangles.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 2]]
+    assert mesh.positions[2].tolist() == [1, 1, 0]
+    path.write_text("OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n")
+    assert "faces: expected indices from 0 to 2, got 7" in one_line(read_mesh, path)
+
+
+def test_gltf_scene_is_joined_in_place(tmp_path):
+    box = trimesh.creation.box()
+    scene = trimesh.Scene()
+    scene.add_geometry(
+        box, node_name="a", transform=trimesh.transformations.translation_matrix([5, 0, 0])
+    )
+    mirror = np.diag([-1.0, 2.0, 1.0, 1.0])
+    scene.add_geometry(box, node_name="b", transform=mirror)
+    (tmp_path / "scene.glb").write_bytes(scene.export(file_type="glb"))
+    mesh = read_mesh(tmp_path / "scene.glb")
+    found = topology(mesh)
+    assert mesh.triangle_count == 24
+    assert found.volume == pytest.approx(1 + 2)  # the mirrored box is turned right side out
+    assert mesh.box[1].tolist() == [5.5, 1.0, 0.5]
+
+
+def test_glb_declared_longer_than_the_file_is_truncated(tmp_path):
+    path = tmp_path / "mesh.glb"
+    path.write_bytes(b"glTF" + struct.pack("<II", 2, 1000) + b"\0" * 8)
+    assert "truncated: expected 1000 bytes, got 20" in one_line(read_mesh, path)
+
+
+@pytest.mark.parametrize("name", NASTY_FILES)
+def test_nasty_file_is_read(data_folder, name):
+    mesh = read_mesh(data_folder / "nasty" / "formats" / name)
+    vertices, count = NASTY_FILES[name]
+    assert mesh.triangle_count == count
+    assert vertices is None or mesh.vertex_count == vertices
+
+
+def test_every_real_mesh_is_read_as_declared(data_folder):
+    from lodbench.datasets_gen.ply import ply_counts
+
+    for path in sorted(data_folder.glob("*/*.ply")):
+        mesh = read_mesh(path)
+        assert (mesh.vertex_count, mesh.triangle_count) == ply_counts(path.read_bytes()), path
+
+
+def test_every_synthetic_case_is_a_mesh_or_one_line(data_folder, tmp_path):
+    with np.load(data_folder / "nasty" / "synthetic.npz") as cases:
+        for name in {key.rsplit("__", 1)[0] for key in cases}:
+            points, faces = cases[f"{name}__V"], cases[f"{name}__F"]
+            if name in NASTY_CASES:
+                with pytest.raises(ValueError, match=NASTY_CASES[name]):
+                    TriangleMesh(points, faces)
+                continue
+            mesh = TriangleMesh(points, faces)
+            write_mesh(tmp_path / "case.ply", mesh)
+            assert np.array_equal(read_mesh(tmp_path / "case.ply").positions, mesh.positions)
+
+
+def test_unwritable_paths_are_refused_before_the_work(tmp_path):
+    assert "no such folder" in one_line(check_writable, tmp_path / "none" / "mesh.ply")
+    assert "expected a suffix" in one_line(check_writable, tmp_path / "mesh.xyz")
+    (tmp_path / "folder.ply").mkdir()
+    assert "got a folder" in one_line(check_writable, tmp_path / "folder.ply")
+    (tmp_path / "file").write_text("")
+    assert "no such folder" in one_line(check_writable, tmp_path / "file" / "mesh.ply")
+    os.mkfifo(tmp_path / "pipe.ply")
+    assert "a device" in one_line(check_writable, tmp_path / "pipe.ply")
+    check_writable(tmp_path / "mesh.ply")
+    assert not (tmp_path / "mesh.ply").exists()
+    assert "cannot be written" in one_line(check_writable, "/proc/mesh.ply")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_read_only_folder_and_file_are_refused(tmp_path):
+    path = tmp_path / "mesh.ply"
+    path.write_text("kept")
+    path.chmod(0o400)
+    assert "read-only" in one_line(check_writable, path)
+    path.chmod(0o600)
+    tmp_path.chmod(0o500)
+    try:
+        assert "cannot be written" in one_line(check_writable, path)
+    finally:
+        tmp_path.chmod(0o700)
+
+
+def test_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "mesh.ply"
+    write_mesh(path, triangles.plane(1))
+    before = path.read_bytes()
+
+    def full(descriptor):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    assert "No space left" in one_line(write_mesh, path, triangles.plane(9))
+    assert path.read_bytes() == before
+    assert os.listdir(tmp_path) == ["mesh.ply"]
+
+
+def test_interrupted_write_leaves_the_old_file(tmp_path):
+    path = tmp_path / "mesh.ply"
+    path.write_text("kept")
+    with pytest.raises(KeyboardInterrupt), read.replacing(path) as stream:
+        stream.write(b"half")
+        raise KeyboardInterrupt
+    assert path.read_text() == "kept"
+    assert os.listdir(tmp_path) == ["mesh.ply"]
+
+
+def test_write_goes_through_a_link_and_keeps_the_mode(tmp_path):
+    target = tmp_path / "target.ply"
+    target.write_text("old")
+    target.chmod(0o640)
+    link = tmp_path / "link.ply"
+    link.symlink_to(target)
+    write_mesh(link, triangles.plane(1))
+    assert link.is_symlink()
+    assert read_mesh(target).triangle_count == 2
+    assert target.stat().st_mode & 0o777 == 0o640
+
+
+def test_reading_prints_nothing(tmp_path, capfd):
+    (tmp_path / "mesh.stl").write_bytes(b"solid\n" + b"\xff" * 200)
+    (tmp_path / "mesh.gltf").write_text('{"asset": {"version": "2.0"}, "meshes": [{}]}')
+    for name in ("mesh.stl", "mesh.gltf"):
+        one_line(read_mesh, tmp_path / name)
+    assert capfd.readouterr() == ("", "")
