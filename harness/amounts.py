@@ -24,7 +24,8 @@ def rounded(value: float, digits: int = 4) -> str:
         places = max(digits - 1 - exponent, 0)
         text = f"{round(value, digits - 1 - exponent):,.{places}f}"
         return text.rstrip("0").rstrip(".") if places else text
-    return f"{value:.{digits - 1}e}".replace("e-0", "e-").replace("e+0", "e+")
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    return f"{mantissa.rstrip('0').rstrip('.')}e{int(power)}"
 
 
 def amount(value: Any, unit: str = "", digits: int = 4) -> str:

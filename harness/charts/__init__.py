@@ -1,0 +1,20 @@
+"""What can be drawn of a table and its samples: each chart takes the rows it needs, or is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from lodbench.harness.charts import bars, curves
+from lodbench.harness.charts.material import Chart, Material, looks
+
+__all__ = ["CHARTS", "Chart", "Material", "looks"]
+
+CHARTS: dict[str, tuple[str, Callable[[Material], Chart | None]]] = {
+    "time": ("Time against triangles", curves.time_against_triangles),
+    "error": ("Error against triangles", curves.error_against_triangles),
+    "error-time": ("Error against time", curves.error_against_time),
+    "fps": ("Frames per second", bars.frames_per_second),
+    "footprint": ("Footprint", bars.footprint),
+    "stages": ("Stages", bars.stages),
+    "samples": ("Samples", bars.samples),
+}
