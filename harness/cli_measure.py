@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -27,16 +26,14 @@ from lodbench.harness.cli import (
     say_rows,
 )
 
-BRIEF = re.compile(r"_(lower|upper|min|low|high)$|^reason$")  # columns left to the files
 
+def show(folder: Path, made: dict[str, Any]) -> None:
+    """A table on the terminal: the main columns, and below it why rows are not ok."""
+    from lodbench.harness import derive
 
-def show(made: dict[str, Any]) -> None:
-    """A table on the terminal: the main columns, and below it the reasons of rows that are not ok."""
-    columns = [column for column in made["columns"] if not BRIEF.search(column["key"])]
-    say_rows(columns, made["rows"], made["title"])
-    for row in made["rows"]:
-        if row["reason"]:
-            say(f"{row['status']}: {row.get('dataset')} {row.get('system')}: {row['reason']}")
+    say_rows(derive.brief_columns(folder, made), made["rows"], made["title"])
+    for line in derive.reasons(made):
+        say(line)
 
 
 def measure(
@@ -111,7 +108,7 @@ def _sweep(spec: dict[str, Any], folder_of: Path | None, json_output: bool, **gi
             report = derive.write_report(folder)
         if not json_output:
             for document in made:
-                show(document)
+                show(folder, document)
             say(f"records, tables{' and report' if report else ''}: {folder}")
         _tell_left_out(left_out, folder)
     if json_output:
@@ -234,7 +231,7 @@ def reproduce(
         say_json({"folder": folder, "report": page, "tables": made})
     else:
         for document in made:
-            show(document)
+            show(folder, document)
         counts = ", ".join(f"{n} {status}" for status, n in derive.statuses(made).items())
         say(f"{len(made)} tables ({counts}): {folder / 'tables'}")
         say(f"report: {page}" if page else NO_REPORT)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from lodbench.harness import sweep, tables
 from lodbench.harness.record import RunRecord, read_run
+
+FULL_ONLY = re.compile(r"_(lower|upper|min|low|high)$|^reason$")  # columns left to the files
+MOST_NOISE = 4  # reasons for noise that a terminal shows one by one
 
 
 def tables_of(run: RunRecord) -> list[tables.Table]:
@@ -38,6 +42,35 @@ def write_report(folder: Path) -> Path | None:
         plots.write_figures(folder)
         return None
     return report.write_report(folder)
+
+
+def brief_columns(folder: Path, made: dict[str, Any]) -> list[dict[str, str]]:
+    """The columns of a document that a terminal shows."""
+    found = {table.id: table.brief for table in tables_of(read_run(folder))}
+    keys = found.get(made["id"], ())
+    if keys:
+        return [column for key in keys for column in made["columns"] if column["key"] == key]
+    return [column for column in made["columns"] if not FULL_ONLY.search(column["key"])]
+
+
+def reasons(made: dict[str, Any]) -> list[str]:
+    """Why rows are not ok, one line per reason, with the rows that share it; much noise is one line."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for row in made["rows"]:
+        if row["reason"]:
+            who = f"{row.get('dataset') or ''} {row.get('system')}".strip()
+            found.setdefault((row["status"], row["reason"]), []).append(who)
+    noisy = [key for key in found if key[0] == "noisy"]
+    rest = len(noisy) > MOST_NOISE
+    lines = [
+        f"{status}: {reason} ({', '.join(who) if len(who) < 4 else f'{len(who)} rows'})"
+        for (status, reason), who in found.items()
+        if status != "noisy" or not rest
+    ]
+    if rest:
+        rows = sum(len(found[key]) for key in noisy)
+        lines.append(f"noisy: {rows} rows, the reason of each stands in tables/{made['id']}.csv")
+    return lines
 
 
 def statuses(documents: Sequence[dict[str, Any]]) -> dict[str, int]:

@@ -46,6 +46,7 @@ class Table:
         groups: quick -> what to measure.
         rows: the run's record and this table's whole groups in it -> rows.
         notes: what a reader must know, such as inconsistencies of the source.
+        brief: keys of the columns that a terminal shows; empty: all but quartiles and intervals.
     """
 
     id: str
@@ -55,6 +56,7 @@ class Table:
     columns: Sequence[Column]
     rows: Callable[[RunRecord, Sequence[GroupRecord]], list[Row]]
     notes: Sequence[str] = field(default_factory=tuple)
+    brief: Sequence[str] = field(default_factory=tuple)
 
 
 @cache

@@ -125,6 +125,19 @@ TABLE = Table(
         Column("published_vertices", "published vertices"),
         Column("published_ratio_to_static_vbo", "published fps over static's", "1"),
     ),
+    brief=(
+        "segments",
+        "coarse_triangles",
+        "system",
+        "wall_s",
+        "stage_fps",
+        "vertices_per_s",
+        "fill_share",
+        "stored_bytes",
+        "ratio_to_static_vbo",
+        "ratio_to_numpy_pattern",
+        "status",
+    ),
     notes=(
         "Stage fps is one over the median wall time of a frame up to and including the geometry stage; the published "
         "fps include rasterisation on a GPU of 2005. Compare ratios, not frames.",
