@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import warnings
 from typing import Any
 
@@ -54,7 +55,7 @@ def choose_device(wanted: str) -> Any:
     """The handle of the first device that `wanted` names; for "" PoCL's, else the first there is.
 
     Raises:
-        DeviceError: no driver, or no such device.
+        DeviceError: no driver, no such device, or no linker where the driver would end the process for want of it.
     """
     found = list_devices()
     if not found:
@@ -63,4 +64,10 @@ def choose_device(wanted: str) -> Any:
     if wanted and not matches:
         labels = "; ".join(f"{index} {platform}: {name}" for index, platform, name, _ in found)
         raise DeviceError(f"device: expected one of [{labels}], got {wanted!r}")
-    return (matches or found)[0][3]
+    handle = (matches or found)[0][3]
+    if "PoCL 3.0" in handle.platform.version and shutil.which("ld") is None:
+        raise DeviceError(
+            "device: expected the linker `ld` on PATH (PoCL calls it for every kernel and aborts without it), "
+            "got none; install binutils"
+        )
+    return handle

@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -53,20 +55,25 @@ def arguments(device, count=3):
     }
 
 
-def fake_device(platform, name):
-    return platform, name, object()
+class FakeHandle:
+    """As much of a driver's device as choosing looks at."""
+
+    def __init__(self, name, version):
+        self.name = name
+        self.platform = SimpleNamespace(version=version)
 
 
 @pytest.fixture
 def loader(monkeypatch):
-    """Three made-up devices; returns the handle of each by its name."""
+    """Three made-up devices; returns a chooser that gives the name of the handle."""
     found = [
-        ("0:0", "NVIDIA CUDA", "NVIDIA H100", "h100"),
-        ("0:1", "NVIDIA CUDA", "NVIDIA T4", "t4"),
-        ("1:0", "Portable Computing Language", "pthread-epyc", "epyc"),
+        ("0:0", "NVIDIA CUDA", "NVIDIA H100", FakeHandle("h100", "OpenCL 3.0 CUDA")),
+        ("0:1", "NVIDIA CUDA", "NVIDIA T4", FakeHandle("t4", "OpenCL 3.0 CUDA")),
+        ("1:0", "Portable Computing Language", "pthread-epyc", FakeHandle("epyc", "PoCL 3.0-rc2")),
     ]
     monkeypatch.setattr(driver, "list_devices", lambda: found)
-    return driver.choose_device
+    monkeypatch.setattr(driver.shutil, "which", lambda name: f"/usr/bin/{name}")
+    return lambda wanted: driver.choose_device(wanted).name
 
 
 @pytest.mark.parametrize(
@@ -88,8 +95,16 @@ def test_device_that_does_not_exist_is_refused_with_those_that_do(loader, wanted
 
 
 def test_device_falls_back_on_the_first_where_there_is_no_pocl(monkeypatch):
-    monkeypatch.setattr(driver, "list_devices", lambda: [("0:0", "Intel", "CPU", "cpu")])
-    assert driver.choose_device("") == "cpu"
+    handle = FakeHandle("cpu", "OpenCL 3.1")
+    monkeypatch.setattr(driver, "list_devices", lambda: [("0:0", "Intel", "CPU", handle)])
+    assert driver.choose_device("") is handle
+
+
+def test_pocl_without_a_linker_is_an_error_and_not_an_abort(loader, monkeypatch):
+    monkeypatch.setattr(driver.shutil, "which", lambda name: None)
+    with pytest.raises(DeviceError, match="install binutils"):
+        loader("pocl")
+    assert loader("nvidia") == "h100", "other drivers do not need it"
 
 
 def test_device_without_a_driver_points_to_the_doctor(monkeypatch):
