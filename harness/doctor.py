@@ -74,7 +74,7 @@ def _extras() -> Iterator[Finding]:
     for name, (modules, purpose) in EXTRAS.items():
         missing = _missing(modules)
         if missing:
-            detail = f"without {', '.join(missing)}: no {purpose}"
+            detail = f"missing {', '.join(missing)}: {purpose}"
             yield Finding(f"extra [{name}]", "warn", detail, pip(*missing))
         else:
             yield Finding(f"extra [{name}]", "ok", purpose)

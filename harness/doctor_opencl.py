@@ -158,22 +158,30 @@ def opencl() -> Iterator[Finding]:
         return
     yield Finding("OpenCL loader", "ok", f"pyopencl {found['pyopencl']}")
     listed = "; ".join(f"{index} {platform}: {name}" for index, platform, name in found["devices"])
-    if not listed:
-        hidden = os.environ.get("POCL_DEVICES")
-        mend = "unset POCL_DEVICES" if hidden is not None else pip("pyopencl[pocl]")
-        if os.environ.get("OCL_ICD_VENDORS"):
-            mend = "unset OCL_ICD_VENDORS"
-        yield Finding("devices", "fail", "no platform, or none with a device", mend)
-        return
-    yield Finding("devices", "ok", listed)
-    uses_pocl = any("Portable Computing" in platform for _, platform, _ in found["devices"])
+    if listed:
+        yield Finding("devices", "ok", listed)
+    else:
+        yield Finding(
+            "devices", "fail", "no platform, or none with a device", _line_for_no_device()
+        )
     linker = shutil.which("ld")
     if linker:
         yield Finding("linker", "ok", linker)
-    elif uses_pocl:
+    elif not listed or "Portable Computing" in listed:
         detail = "no `ld` on PATH: PoCL calls it for every kernel, and ends the process without it"
         yield Finding("linker", "fail", detail, _linker_line())
-    yield from kernel()
+    if listed:
+        yield from kernel()
+
+
+def _line_for_no_device() -> str:
+    """What hides every device, most likely first: a variable, PoCL's cache, or PoCL is not there."""
+    for name in ("OCL_ICD_VENDORS", "POCL_DEVICES"):
+        if name in os.environ:
+            return f"unset {name}"
+    if writable(cache_folders()["PoCL"]):
+        return 'export POCL_CACHE_DIR="$(mktemp -d)"'
+    return pip("pyopencl[pocl]")
 
 
 def kernel() -> Iterator[Finding]:
@@ -184,8 +192,9 @@ def kernel() -> Iterator[Finding]:
             names = ("POCL_CACHE_DIR", "XDG_CACHE_HOME", "LODBENCH_CACHE")
             again, _ = _child("kernel", {name: str(Path(fresh) / name) for name in names})
         if again is not None:
-            detail = f"works with fresh caches, not with the old ones: {reason}"
-            mend = " ".join(["rm -rf", *(f"'{folder}'" for folder in folders.values())])
+            old = ", ".join(map(str, folders.values()))
+            detail = f"works with fresh caches, not with the old ones ({old}): {reason}"
+            mend = 'export POCL_CACHE_DIR="$(mktemp -d)" XDG_CACHE_HOME="$(mktemp -d)"'
         else:
             detail = reason
             mend = "POCL_DEBUG=error,warning OCL_ICD_DEBUG=7 lodbench doctor"

@@ -97,6 +97,13 @@ def test_doctor_says_which_variable_hides_every_device(monkeypatch, variable, va
     assert "a kernel" not in found
 
 
+def test_doctor_mends_a_cache_that_hides_pocl_before_it_installs_anything(monkeypatch, blocked):
+    monkeypatch.setenv("POCL_CACHE_DIR", str(blocked))
+    found = by_what(doctor_opencl.opencl())
+    assert found["devices"].status == "fail"
+    assert found["devices"].mend == 'export POCL_CACHE_DIR="$(mktemp -d)"'
+
+
 def test_doctor_sees_driver_files_that_lead_nowhere(monkeypatch, tmp_path):
     monkeypatch.setenv("OCL_ICD_VENDORS", str(tmp_path))
     (tmp_path / "gone.icd").write_text("/nowhere/libgone.so\n")
@@ -144,7 +151,7 @@ def test_doctor_tells_broken_caches_from_a_broken_driver(monkeypatch):
     (finding,) = doctor_opencl.kernel()
     assert finding.status == "fail"
     assert "works with fresh caches" in finding.detail
-    assert finding.mend.startswith("rm -rf '")
+    assert finding.mend.startswith('export POCL_CACHE_DIR="$(mktemp -d)" XDG_CACHE_HOME=')
     monkeypatch.setattr(
         doctor_opencl, "_child", lambda step, fresh=None: (None, "ended by SIGSEGV")
     )
