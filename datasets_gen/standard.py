@@ -19,6 +19,14 @@ def _geodesic(make: Callable[[int], TriangleMesh], count: int) -> Sized:
     return 20 * segments**2, partial(make, segments)
 
 
+def _displaced(count: int) -> Sized:
+    """At most 31 segments subdivided further, so that every size has the order of recursion."""
+    segments = max(1, round((count / 20) ** 0.5))
+    step = 1 << max(0, segments.bit_length() - 5)
+    segments = round(segments / step) * step
+    return 20 * segments**2, partial(triangles.displaced_icosphere, segments)
+
+
 def _square(make: Callable[[int], TriangleMesh], count: int) -> Sized:
     columns = max(1, round((count / 2) ** 0.5))
     return 2 * columns**2, partial(make, columns)
@@ -56,7 +64,7 @@ SHAPES: dict[str, tuple[Callable[[int], Sized], str]] = {
     "sphere": (_sphere, "closed, slices and stacks, exactly so many triangles, exact normals"),
     "geodesic_sphere": (partial(_geodesic, triangles.geodesic_sphere), "closed, row by row"),
     "displaced_icosphere": (
-        partial(_geodesic, triangles.displaced_icosphere),
+        _displaced,
         "closed, two sine displacements, one surface at every size, exact normals",
     ),
     "blob_with_ears": (partial(_geodesic, shapes.blob_with_ears), "closed, not star-shaped"),

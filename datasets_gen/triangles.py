@@ -34,23 +34,29 @@ def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
-def icosphere(level: int) -> TriangleMesh:
-    """The unit sphere: an icosahedron subdivided `level` times, 20 * 4^level triangles, exact normals.
+def _subdivided(positions: NDArray[np.float64], triangles: NDArray, passes: int):
+    """Points (n, 3) and triangles after `passes` splits of each into four at its edges' midpoints.
 
-    Each pass splits every triangle into four at the midpoints of its edges and pushes these onto the
-    sphere. The children of a triangle follow each other; the vertices of a pass follow the earlier ones.
+    All points are pushed onto the unit sphere. The children of a triangle follow each other; the points of a
+    pass follow the earlier ones, so corners that are close in space are far apart in memory.
     """
-    _at_least("level", level, 0)
-    positions, triangles = _ICOSAHEDRON, _ICOSAHEDRON_FACES
-    for _ in range(level):
+    triangles = triangles.astype(np.int64)
+    for _ in range(passes):
         a, b, c = triangles.T
-        edges = np.concatenate([np.stack([a, b]), np.stack([b, c]), np.stack([c, a])], axis=1)
-        low, high = edges.min(0), edges.max(0)
-        keys, middle = np.unique(low * len(positions) + high, return_inverse=True)
-        ends = np.divmod(keys, len(positions))
+        start, end = np.concatenate([a, b, c]), np.concatenate([b, c, a])
+        keys = np.minimum(start, end) * len(positions) + np.maximum(start, end)
+        keys, middle = np.unique(keys, return_inverse=True)
+        low, high = np.divmod(keys, len(positions))
         ab, bc, ca = (middle + len(positions)).reshape(3, -1)
-        positions = np.concatenate([positions, _unit(positions[ends[0]] + positions[ends[1]])])
+        positions = np.concatenate([positions, _unit(positions[low] + positions[high])])
         triangles = np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1).reshape(-1, 3)
+    return positions, triangles
+
+
+def icosphere(level: int) -> TriangleMesh:
+    """The unit sphere: an icosahedron subdivided `level` times, 20 * 4^level triangles, exact normals."""
+    _at_least("level", level, 0)
+    positions, triangles = _subdivided(_ICOSAHEDRON, _ICOSAHEDRON_FACES, level)
     return TriangleMesh(positions, triangles, positions)
 
 
@@ -110,14 +116,16 @@ _WAVES = ((0.05, (8.0, 3.0, -2.0)), (0.02, (-13.0, 5.0, 21.0)))
 """Amplitude and wave vector of the two sines that `displaced_icosphere` adds to the radius."""
 
 
-def displaced_icosphere(segments: int, seed: int | None = 0) -> TriangleMesh:
+def displaced_icosphere(segments: int) -> TriangleMesh:
     """The sphere whose radius is 1 plus two sines of the direction: one surface, sampled at any size.
 
-    20 * segments^2 triangles (256 gives 1,310,720), exact normals. Vertices are numbered at random by
-    `seed`, as scattered as those of recursive subdivision; None keeps them row by row.
+    20 * segments^2 triangles (256 gives 1,310,720), exact normals. With segments = odd * 2^level, the grid of
+    `odd` segments is subdivided `level` times: the order is that of recursive subdivision, as other packages
+    make it, and 256 has the triangles of `icosphere(8)`.
     """
     _at_least("segments", segments, 1)
-    unit, triangles = _geodesic(segments)
+    level = (segments & -segments).bit_length() - 1
+    unit, triangles = _subdivided(*_geodesic(segments >> level), level)
     radius = np.ones(len(unit))
     slope = np.zeros_like(unit)
     for amplitude, wave in _WAVES:
@@ -126,13 +134,8 @@ def displaced_icosphere(segments: int, seed: int | None = 0) -> TriangleMesh:
         slope += (amplitude * np.cos(phase))[:, None] * wave
     # the surface |p| = r(p / |p|): its gradient is the direction less the tangential slope over r
     slope -= np.einsum("ij,ij->i", slope, unit)[:, None] * unit
-    normals = _unit(unit - slope / radius[:, None]).astype(np.float32)
-    positions = (unit * radius[:, None]).astype(np.float32)
-    if seed is not None:
-        place = np.random.default_rng(seed).permutation(len(unit)).astype(np.uint32)
-        order = np.argsort(place)
-        positions, normals, triangles = positions[order], normals[order], place[triangles]
-    return TriangleMesh(positions, triangles, normals)
+    normals = _unit(unit - slope / radius[:, None])
+    return TriangleMesh(unit * radius[:, None], triangles, normals)
 
 
 def sphere(triangles: int) -> TriangleMesh:

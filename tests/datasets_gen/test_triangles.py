@@ -59,34 +59,33 @@ def test_icosphere_edge_midpoints_are_geodesic():
     assert np.abs(np.cross(a + b, ab)).max() < ROUNDING32
 
 
-def test_displaced_icosphere_is_one_surface_at_every_size():
-    # 3 divides 9: each vertex of the coarse grid is one of the fine grid
-    coarse, fine = (triangles.displaced_icosphere(n, seed=None) for n in (3, 9))
-    gap = np.linalg.norm(coarse.positions[:, None] - fine.positions[None], axis=2).min(1)
-    assert gap.max() < ROUNDING32
+@pytest.mark.parametrize("segments", [1, 9, 24, 64])
+def test_displaced_icosphere_is_one_surface_at_every_size(segments):
+    mesh = triangles.displaced_icosphere(segments)
+    points = mesh.positions.astype(np.float64)
+    radius = np.linalg.norm(points, axis=1)
+    expected = 1 + sum(a * np.sin(points @ wave / radius) for a, wave in triangles._WAVES)
+    # the waves turn the rounding of a direction into 26 times as much radius at the steepest
+    assert np.abs(radius - expected).max() < 3 * ROUNDING32
+    assert mesh.triangle_count == 20 * segments**2
 
 
 def test_displaced_icosphere_normals_are_those_of_the_surface():
     mesh = triangles.displaced_icosphere(120)
     from_triangles = TriangleMesh(mesh.positions, mesh.triangles).with_normals().normals
-    # two grids of triangles as fine as 1/120 of an edge: second order, about (21 / 120)^2
+    # a triangle spans about 1/100 of the radius and the waves turn by 26 / 100 over it
     assert (mesh.normals * from_triangles).sum(1).min() > 0.99
 
 
-def test_displaced_icosphere_order_is_scattered_by_seed_alone():
-    plain = triangles.displaced_icosphere(60, seed=None)
-    first, again, other = (triangles.displaced_icosphere(60, seed) for seed in (0, 0, 1))
-    assert np.array_equal(first.positions, again.positions)
-    assert np.array_equal(first.triangles, again.triangles)
-    assert not np.array_equal(first.triangles, other.triangles)
-    for mesh in (first, other):
-        assert np.array_equal(mesh.positions[mesh.triangles], plain.positions[plain.triangles])
-        assert np.array_equal(mesh.normals[mesh.triangles], plain.normals[plain.triangles])
-
-    def jump(mesh):
-        return np.abs(np.diff(mesh.triangles.astype(np.int64), axis=1)).mean()
-
-    assert jump(first) > 4 * jump(plain)
+def test_displaced_icosphere_has_the_order_of_recursion():
+    assert np.array_equal(
+        triangles.displaced_icosphere(16).triangles, triangles.icosphere(4).triangles
+    )
+    # 48 = 3 * 2^4: the sixteen by sixteen children of a triangle of the coarse grid lie together
+    coarse, fine = triangles.displaced_icosphere(3), triangles.displaced_icosphere(48)
+    first = fine.positions[fine.triangles[:256]].reshape(-1, 3)
+    corners = coarse.positions[coarse.triangles[0]]
+    assert set(map(tuple, corners)) <= set(map(tuple, first))
 
 
 @pytest.mark.parametrize("count", [5, 7, 4, 0, -2])
