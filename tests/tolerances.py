@@ -17,3 +17,11 @@ SPHERE_DEGREE = 1e-6
 FLOAT64_STAR = 1e-9
 """One sweep of the star optimisation, device against host, unit sphere: fused multiply-adds differ by 1e-16, which a
 colour passes on to the next through steps of relative size 1e-6."""
+
+CLUSTER_PLANE = 1e-4
+"""A cell's representative off the plane that all its triangles lie in, in cells: float32 sums of A and b, a few units
+in the last place of the distance to the grid's corner, and one division by a pivot."""
+
+CLUSTER_RIDGE = 5e-3
+"""A cube's corner against the representative of its cell, in cells: the ridge of 1e-3 against eigenvalues of a third
+or less pulls it by that share of its way to the mean."""

@@ -1,7 +1,7 @@
 """Quadric vertex clustering as good numpy code does it: no loop over elements, sums by bincount.
 
 The same grid, the same quadrics, the same placement and the same output order as the kernels; float32 where a value is
-kept, float64 where numpy sums. Planes are made in blocks that stay in cache. No scipy: a sparse product would be faster, and
+kept, float64 where numpy sums. Planes are made in blocks that stay in cache. No scipy: a sparse product is faster, and
 would no longer be numpy.
 
 Source: DeCoro & Tatarchuk 2007, slides 10-17.

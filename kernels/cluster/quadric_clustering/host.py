@@ -133,6 +133,7 @@ class QuadricClustering:
     def _prepare_sums(self) -> None:
         """The cluster map and the walk over the triangles that fills it."""
         device, chunks, capacity = self._device, self.params.chunks, self._capacity
+        stage = self._first
         arguments: dict[str, Any] = {
             "points": self._points,
             "triangles": self._upload.triangles,
@@ -156,7 +157,7 @@ class QuadricClustering:
             sums = self._sums = device.allocate("sums", (capacity, SUM_LANES), np.int64)
             self._scale = self._fixed_point_scale()
             self._frame += [
-                lambda timeline: device.fill(timeline, self._first, sums, 0),
+                lambda timeline: device.fill(timeline, stage, sums, 0),
                 self._programs["geometry_fixed_point"].launch(
                     _PREFIX + "geometry_fixed_point", self._triangles, stage=self._first,
                     sums=sums, scale=(*self._scale, 0), **arguments,

@@ -30,6 +30,7 @@ class Reference:
         A: summed quadrics' matrices, (n, 3, 3) float64.
         b: their vectors, relative to `means`, (n, 3) float64.
         kinds: index into KINDS of how each was placed, (n,).
+        margins: how far each was from being placed otherwise, as a share of the limit that decided, (n,).
         vertex_map: output vertex of each input vertex, 0xFFFFFFFF where none, uint32.
     """
 
@@ -40,6 +41,7 @@ class Reference:
     A: NDArray[np.float64]
     b: NDArray[np.float64]
     kinds: NDArray[np.int64]
+    margins: NDArray[np.float64]
     vertex_map: NDArray[np.uint32]
 
 
@@ -66,7 +68,9 @@ def simplify(mesh: TriangleMesh, params: Params) -> Reference:
     # pass 2
     means = position_sum / np.maximum(count, 1)[:, None]
     b_mean = np.einsum("nij,nj->ni", A, means) + b_sum
-    steps, kinds = place(A, b_mean, params.placement, 1 / grid.extent if grid.extent else 1.0)
+    steps, kinds, margins = place(
+        A, b_mean, params.placement, 1 / grid.extent if grid.extent else 1.0
+    )
 
     if params.remove_duplicates:
         keys = np.sort(triangles, axis=1)
@@ -83,6 +87,7 @@ def simplify(mesh: TriangleMesh, params: Params) -> Reference:
         A=A,
         b=b_mean,
         kinds=kinds,
+        margins=margins,
         vertex_map=np.where(found, row, NO_VERTEX).astype(np.uint32),
     )
 
@@ -127,17 +132,19 @@ def accumulate(
 
 def place(
     A: NDArray[np.float64], b: NDArray[np.float64], placement: str, per_box: float
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Steps from the mean (n, 3) and index into KINDS (n,), for quadrics about the mean.
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
+    """Steps from the mean (n, 3), index into KINDS (n,) and margins (n,), for quadrics about the mean.
 
     Source: DeCoro & Tatarchuk 2007, slide 15 for "paper"; the cascade is a reconstruction.
     """
     steps, kinds = np.zeros_like(b), np.zeros(len(b), np.int64)
+    margins = np.full(len(b), np.inf)
     if placement == "paper":
-        A_box = A * per_box**2  # areas where the longest box edge is 1
-        solvable = np.linalg.det(A_box) > 1e-11
+        determinant = np.linalg.det(A * per_box**2)  # areas where the longest box edge is 1
+        solvable = determinant > 1e-11
         steps[solvable] = -np.linalg.solve(A[solvable], b[solvable, :, None])[..., 0]
         kinds[solvable] = 1
+        margins = np.abs(determinant / 1e-11 - 1)
     elif placement == "robust":
         trace = np.trace(A, axis1=1, axis2=2)
         open_ = trace > 1e-30
@@ -146,8 +153,10 @@ def place(
             scale = trace[rows, None, None]
             step = -np.linalg.solve(A[rows] / scale + ridge * np.eye(3), b[rows, :, None] / scale)
             step = step[..., 0]
-            taken = np.linalg.norm(step, axis=1) <= 1
+            length = np.linalg.norm(step, axis=1)
+            margins[rows] = np.minimum(margins[rows], np.abs(length - 1))
+            taken = length <= 1
             steps[rows[taken]] = step[taken]
             kinds[rows[taken]] = attempt + 1
             open_[rows[taken]] = False
-    return steps, kinds
+    return steps, kinds, margins
