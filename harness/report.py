@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -165,10 +165,14 @@ def _images(folder: Path) -> list[dict[str, str]]:
 
 def _noise() -> str:
     return (
-        f"the samples spread by more than {timing.NOISY_SPREAD:.0%} (1.4826 × median absolute deviation / median), "
-        f"other processes took more than {timing.NOISY_OTHERS:.0%} of the machine, or a quarter of the samples got "
-        f"less than {timing.NOISY_CPU:.0%} of the usual CPU time."
+        f"the median is uncertain by more than {timing.NOISY_MEDIAN:.0%}, other processes took more than "
+        f"{timing.NOISY_OTHERS:.0%} of the machine, or a quarter of the samples got less than "
+        f"{timing.NOISY_CPU:.0%} of the usual CPU time."
     )
+
+
+def _several(things: Sized, name: str) -> str:
+    return f"{amount(len(things))} {name}{'' if len(things) == 1 else 's'}"
 
 
 def write_report(folder: Path) -> Path:
@@ -198,10 +202,10 @@ def write_report(folder: Path) -> Path:
     )
     text = environment.from_string(TEMPLATE.read_text()).render(
         title=f"Level of detail on {name}",
-        lead=f"{amount(len(subjects))} subjects on {amount(len(datasets))} datasets in {amount(len(tables))} tables: "
+        lead=f"{_several(subjects, 'subject')} on {_several(datasets, 'dataset')} in {_several(tables, 'table')}: "
         f"time, memory, error and topology of mesh refinement and simplification, measured with OpenCL "
         f"({device['platform']}) on {name}, "
-        f"{amount(device.get('compute_units'))} compute units.",
+        f"{_several(range(device.get('compute_units') or 0), 'compute unit')}.",
         emulated="The shader stages of the papers run here as OpenCL kernels on a CPU, not on a graphics card: compare "
         "ratios and growth with published values, not frames per second."
         if cpu

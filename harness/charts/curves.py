@@ -53,10 +53,10 @@ def _panels(
     return canvas, [(a, cases[n]) for a, n in zip(grid, shown, strict=False)], len(cases)
 
 
-def _ticks(axis: Axis, unit: str, values: list[float]) -> tuple[float, float]:
-    """Ticks for a log axis, and its limits: room around the values, and two ticks at the least."""
+def _ticks(axis: Axis, unit: str, values: list[float], room: float) -> tuple[float, float]:
+    """Ticks for a log axis that has `room` (1: all of the canvas), and its limits: some space around the values."""
     low, high = min(values) / 1.4, max(values) * 1.4
-    decades = np.log10(high / low)
+    decades = np.log10(high / low) / room
     steps = (1.0,) if decades > 2.5 else (1.0, 3.0) if decades > 1.3 else (1.0, 2.0, 5.0)
     axis.set_major_locator(LogLocator(subs=steps))
     if unit == "1":
@@ -86,7 +86,13 @@ def _label_ends(axes: Axes, ends: list[tuple[float, float, str, str]]) -> None:
             (1.03, place),
             textcoords="axes fraction",
             va="center",
-            arrowprops={"arrowstyle": "-", "color": colour, "lw": 1.0, "shrinkA": 1},
+            arrowprops={
+                "arrowstyle": "-",
+                "color": colour,
+                "lw": 1.0,
+                "shrinkA": 1,
+                "relpos": (0, 0.5),
+            },
             annotation_clip=False,
         )
 
@@ -128,8 +134,9 @@ def _draw(
     for axes, part in panels:
         visible = [row for _, other in panels for row in other] if shared else part
         axes.loglog()
-        axes.set_xlim(_ticks(axes.xaxis, x[2], [row[x[0]] for row in visible]))
-        axes.set_ylim(_ticks(axes.yaxis, y[2], [row[y[0]] for row in visible]))
+        room = 1.0 if len(panels) < 2 else 0.75 if len(panels) in (2, 4) else 0.5
+        axes.set_xlim(_ticks(axes.xaxis, x[2], [row[x[0]] for row in visible], room))
+        axes.set_ylim(_ticks(axes.yaxis, y[2], [row[y[0]] for row in visible], 1.0))
         axes.grid(True)
         ends = []
         for name, own in by(part, lambda row: row["system"]).items():

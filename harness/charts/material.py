@@ -126,7 +126,7 @@ def legend(canvas: Canvas, axes: Sequence[Axes]) -> None:
         for a in axes
         for handle, label in zip(*a.get_legend_handles_labels(), strict=True)
     }
-    columns = max(1, min(len(found), int(92 / (max(map(len, found)) + 5))))
+    columns = max(1, min(len(found), int(108 / (max(map(len, found)) + 6))))
     canvas.legend(
         found.values(), found.keys(), loc="outside upper left", ncols=columns, frameon=False
     )
