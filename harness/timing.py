@@ -23,7 +23,7 @@ QUICK_S = 0.6
 SLOW_S, SLOW_SAMPLES = 2.0, 3
 VERY_SLOW_S = 30.0  # one sample, and no warm-up of its own
 
-NOISY_SPREAD = 0.10  # relative spread (1.4826 x median absolute deviation / median) of a noisy row
+NOISY_MEDIAN = 0.03  # standard error of a noisy row's median, relative to it
 NOISY_CPU = (
     0.75  # a sample whose CPU time per wall time is below this share of the subject's median
 )
@@ -176,17 +176,18 @@ def summary(values: Sequence[float]) -> Summary | None:
     return Summary(len(values), float(middle), float(min(values)), float(low), float(high))
 
 
-def spread(values: Sequence[float]) -> float:
-    """Relative spread: 1.4826 x median absolute deviation / median, a robust standard deviation."""
+def uncertainty(values: Sequence[float]) -> float:
+    """Relative standard error of the median, from a robust standard deviation (1.4826 x MAD), as for normal noise."""
     middle = float(np.median(values))
-    return 1.4826 * float(stats.median_abs_deviation(values)) / middle if middle else 0.0
+    deviation = 1.4826 * float(stats.median_abs_deviation(values))
+    return 1.2533 * deviation / np.sqrt(len(values)) / middle if middle else 0.0
 
 
 def noise(wall_s: Sequence[float], cpu_s: Sequence[float], others: float) -> str:
     """Why these samples are noisy, or "" when they are not."""
     reasons = []
-    if len(wall_s) > 1 and spread(wall_s) > NOISY_SPREAD:
-        reasons.append(f"spread {spread(wall_s):.0%}")
+    if len(wall_s) > 1 and (error := uncertainty(wall_s)) > NOISY_MEDIAN:
+        reasons.append(f"median uncertain by {error:.0%}")
     busy = np.asarray(cpu_s) / np.maximum(wall_s, 1e-9)
     starved = int(np.sum(busy < NOISY_CPU * np.median(busy))) if len(busy) else 0
     # CPU clocks tick coarsely on some systems: frames under a millisecond say nothing
