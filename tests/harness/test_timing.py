@@ -80,7 +80,9 @@ def test_noise_names_an_uncertain_median_starvation_and_others():
     assert timing.noise(quiet, quiet, 0.0) == ""
     wide = [1, 1, 1, 2, 2, 2, 3, 3]
     assert "median uncertain" in timing.noise(wide, wide, 0.0)
-    assert timing.noise(wide * 90, wide * 90, 0.0) == "", "enough samples make up for their spread"
+    assert timing.noise(wide * 200, wide * 200, 0.0) == "", (
+        "enough samples make up for their spread"
+    )
     assert "less CPU time" in timing.noise(quiet, [2.0] * 6 + [0.5] * 4, 0.0)
     assert "other processes took 40%" in timing.noise(quiet, quiet, 0.4)
 
