@@ -65,9 +65,11 @@ def plate(block: int, genus: int, sharp: bool = False) -> TriangleMesh:
     a, b, c, d = number[q, p], number[q, p + 1], number[q + 1, p + 1], number[q + 1, p]
     upper = np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3)
     lower = upper[:, ::-1] + count
-    directed = np.concatenate([np.stack(side, axis=1) for side in ((a, b), (b, c), (c, d), (d, a))])
-    alone = ~np.isin(directed @ (count, 1), directed @ (1, count))
-    start, end = directed[alone].T
+    # a wall stands on each side of a quad that has no neighbour there
+    sides = ((a, b, -1, 0), (b, c, 0, 1), (c, d, 1, 0), (d, a, 0, -1))
+    alone = [~padded[q + 1 + down, p + 1 + right] for _, _, down, right in sides]
+    start = np.concatenate([side[0][mask] for side, mask in zip(sides, alone, strict=True)])
+    end = np.concatenate([side[1][mask] for side, mask in zip(sides, alone, strict=True)])
     wall = np.stack([start, start + count, end + count, start, end + count, end], axis=1)
     triangles = np.concatenate([upper, lower, wall.reshape(-1, 3)])
     return TriangleMesh(positions, triangles).with_normals()
