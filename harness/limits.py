@@ -111,13 +111,19 @@ def _rate(amount: float, unit: str, seconds: Mapping[str, list[float]]) -> Rate:
     return Rate(name, unit, best, float(np.median(values)), tuple(values))
 
 
-def measure(device: Device, size_bytes: int = 256 << 20, samples: int = SAMPLES) -> Limits:
+def measure(
+    device: Device,
+    size_bytes: int = 256 << 20,
+    samples: int = SAMPLES,
+    steps: int | None = None,
+) -> Limits:
     """The device's limits, from `samples` interleaved calls each.
 
     Args:
         device: the device.
         size_bytes: of the array; cut to an eighth of the device's memory. Should be several times the last cache.
         samples: counted calls per subject; at least 10 make a record.
+        steps: multiply-adds of each chain; None takes enough for some milliseconds.
 
     Raises:
         Unsupported: no room for two such arrays.
@@ -142,7 +148,7 @@ def measure(device: Device, size_bytes: int = 256 << 20, samples: int = SAMPLES)
     copy = {name: events for name, (_, events) in timed(device, copies, samples).items()}
 
     items = min(device.facts.compute_units * (SWEEPS_ON_CPU if device.is_cpu else 2048), count)
-    steps = 1 << (16 if device.is_cpu else 12)
+    steps = steps or 1 << (16 if device.is_cpu else 12)
     program = device.build("stages/limits.cl", defines={"STREAMING": 0})
     chains = program.launch(
         "stages_limits_multiply_add", items, stage="multiply_add", local=chunk_local(device),

@@ -1,0 +1,163 @@
+"""One subject on small inputs, to be run under Oclgrind: `oclgrind python -m tests.oclgrind_subject NAME`.
+
+The last line of standard output is JSON: the checks that failed, the reasons to skip, the kernels that were launched.
+"""
+
+import dataclasses
+import json
+import sys
+
+import numpy as np
+
+from lodbench.datasets_gen.nurbs import ball, quilt
+from lodbench.datasets_gen.patches import cup
+from lodbench.datasets_gen.surfaces import (
+    BezierPatches,
+    GeometryImage,
+    NurbsModel,
+    TriangleMesh,
+)
+from lodbench.datasets_gen.triangles import icosphere
+from lodbench.harness.limits import measure, measure_compaction
+from lodbench.harness.registry import systems
+from lodbench.kernels.device import Device
+from lodbench.kernels.program import Launch
+from lodbench.kernels.stages.camera import fit_box
+from lodbench.kernels.stages.compact import Compact
+from lodbench.kernels.stages.raster import Look, Raster
+from lodbench.kernels.stages.scan import ExclusiveScan
+from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.system import Frame, Unsupported, run
+
+# the simulator runs a million instructions a second: what grows with these would take minutes
+LARGEST = {
+    "cells": 9,
+    "segments": 4,
+    "n": 4,
+    "levels": 3,
+    "level": 3,
+    "size_bytes": 4096,
+    "depth": 4,
+}
+SIZE = (70, 66)  # pixels: two tiles in each direction
+
+
+def smaller(params):
+    """The same parameters with every size at most the `LARGEST` one."""
+    changed = {}
+    for field in dataclasses.fields(params):
+        value, most = getattr(params, field.name), LARGEST.get(field.name)
+        if most is not None and value is not None:
+            small = [min(one, most) for one in np.atleast_1d(value).tolist()]
+            changed[field.name] = type(value)(small) if np.ndim(value) else small[0]
+    return dataclasses.replace(params, **changed)
+
+
+def geometry_image(n=3):
+    axis = np.linspace(-1, 1, 2**n + 1)
+    x, y = np.meshgrid(axis, axis, indexing="ij")
+    z = 1 - np.abs(x) - np.abs(y)
+    folded = z < 0
+    fx = np.where(folded, (1 - np.abs(y)) * np.where(x < 0, -1, 1), x)
+    fy = np.where(folded, (1 - np.abs(x)) * np.where(y < 0, -1, 1), y)
+    points = np.stack([fx, fy, z], -1)
+    points /= np.linalg.norm(points, axis=-1, keepdims=True)
+    return GeometryImage(points, points)
+
+
+def surfaces(takes):
+    """Small surfaces of the types taken, an empty one and a single triangle among them."""
+    if TriangleMesh in takes:
+        sphere = icosphere(1)
+        yield (
+            "sphere",
+            TriangleMesh(sphere.positions, sphere.triangles, colours=np.abs(sphere.positions)),
+        )
+        yield "triangle", TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        yield "empty", TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), np.uint32))
+    if BezierPatches in takes:
+        yield "cup", BezierPatches(cup().points[:3])
+        yield "one patch", BezierPatches(cup().points[:1])
+        yield "empty", BezierPatches(np.zeros((0, 4, 4, 3)))
+    if NurbsModel in takes:
+        yield "ball", ball()
+        yield "quilt", quilt(1, 2, 2)
+    if GeometryImage in takes:
+        yield "image", geometry_image()
+
+
+def draw(device, prepared, subject):
+    """The frame again, drawn, with private maps and with a shared one."""
+    view = fit_box((-1, -1, -1), (1, 1, 1), size=SIZE)
+    for shared in (False, True):
+        look = Look(wireframe=shared, by_triangle=shared)
+        raster = Raster(device, prepared.output, *SIZE, look, shared=shared, view=view)
+        run(device, prepared, Frame(view), raster)
+    counting = Raster(device, prepared.output, *SIZE, count=True, view=view)
+    run(device, prepared, Frame(view), counting)
+
+
+def run_system(device, name):
+    failed, skipped = [], []
+    system = systems()[name]
+    drawn = False
+    for case, params in system.cases.items():
+        for label, surface in surfaces(system.takes):
+            subject = f"{case} {label}"
+            try:
+                prepared = system.prepare(device, surface, smaller(params))
+                run(device, prepared)
+            except Unsupported as reason:
+                skipped.append(f"{subject}: {reason}")
+                continue
+            check = prepared.check()
+            if not check.passed:
+                failed.append(f"{subject}: {check.what} {check.value} > {check.tolerance}")
+            if prepared.output is not None and not drawn:
+                draw(device, prepared, subject)
+                drawn = True
+    return failed, skipped
+
+
+def run_stages(device):
+    """The shared pieces by themselves: sizes around a vector and a chunk, and a live count on the device."""
+    failed = []
+    for rows in (0, 1, 17, 4097, 9000):
+        random = np.random.default_rng(rows)
+        counts = random.integers(0, 9, rows, dtype=np.uint32)
+        flags = (random.random(rows) < 0.3).astype(np.uint8)
+        for live in (rows, rows // 2):
+            limit = device.upload("live", np.array([live], np.uint32))
+            total = device.allocate("total", 1, np.uint32)
+            buffers = device.upload("counts", counts), device.upload("offsets", counts)
+            ExclusiveScan(device, *buffers, total, live=limit)(Timeline())
+            if device.read(total)[0] != counts[:live].sum():
+                failed.append(f"scan of {live} of {rows}")
+            Compact(
+                device, device.upload("flags", flags), total, rows=[buffers], live=limit,
+                indices=device.allocate("indices", rows, np.uint32),
+            )(Timeline())  # fmt: skip
+            if device.read(total)[0] != flags[:live].sum():
+                failed.append(f"compaction of {live} of {rows}")
+    measure(device, size_bytes=4096, samples=1, steps=8)
+    measure_compaction(device, 100, samples=1)
+    return failed, []
+
+
+def main(name):
+    launched = set()
+    enqueue = Launch.__call__
+
+    def recorded(self, timeline):
+        launched.add(self._kernel.function_name)
+        return enqueue(self, timeline)
+
+    Launch.__call__ = recorded
+    device = Device.open("oclgrind")
+    failed, skipped = run_stages(device) if name == "stages" else run_system(device, name)
+    found = {"failed": failed, "skipped": skipped, "launched": sorted(launched)}
+    sys.stdout.write("\n" + json.dumps(found) + "\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,131 @@
+"""Every device subject under the Oclgrind simulator: no invalid access, no data race, no misuse of the API.
+
+Oclgrind leaves out races in which all items write the same value, which kernels here may do where they say so. Its
+check for uninitialised values is not used: it stops at `freeze`, an instruction that its LLVM gives to any kernel;
+`restrict` is defined away and the optimiser kept low, since both leave intrinsics that Oclgrind does not know.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from lodbench.harness.registry import systems
+from lodbench.kernels.program import kernel_parameters
+
+ROOT = Path(__file__).parents[1]
+SUBJECTS = ["stages", *(name for name, system in systems().items() if system.runs_on == "device")]
+TIMEOUT_S = 300
+
+# kernels that no small input reaches on the simulator, each with its reason
+NOT_LAUNCHED = {
+    "probe_builtin": "LODBENCH_PRELUDE decides without measuring",
+    "probe_operator": "LODBENCH_PRELUDE decides without measuring",
+}
+
+# pyopencl asks any device for what only some have
+QUERIES = {"clGetDeviceInfo", "clGetKernelWorkGroupInfo", "clGetPlatformInfo"}
+
+pytestmark = pytest.mark.skipif(shutil.which("oclgrind") is None, reason="oclgrind is not on PATH")
+
+
+@cache
+def under_oclgrind(subject):
+    """(what the subject said, Oclgrind's reports)."""
+    command = [
+        "oclgrind", "--data-races", "--check-api", "--max-errors", "20",
+        "--global-mem-size", str(1 << 30), "--num-threads", "1", "--build-options", "-O1 -Drestrict=",
+        sys.executable, "-m", "tests.oclgrind_subject", subject,
+    ]  # fmt: skip
+    done = subprocess.run(
+        command, capture_output=True, text=True, errors="replace", cwd=ROOT, timeout=TIMEOUT_S,
+        env=os.environ | {"LODBENCH_PRELUDE": "0", "PYOPENCL_NO_CACHE": "1"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-4000:]
+    return json.loads(done.stdout.splitlines()[-1]), reports(done.stderr)
+
+
+def reports(text):
+    """Oclgrind's own blocks in what a run wrote to standard error, less the queries that any device may refuse."""
+    found = []
+    for block in re.split(r"\n\s*\n(?=\S)", text):
+        function = re.search(r"Function: (\w+)", block)
+        if "Oclgrind - OpenCL runtime error" in block:
+            if function and function[1] not in QUERIES:
+                found.append(block.strip())
+        elif re.search(r"^\tKernel: \w+", block, re.M) or "OCLGRIND" in block:
+            found.append(block.strip())
+    return found
+
+
+@pytest.mark.parametrize("subject", SUBJECTS)
+def test_subject_is_clean_under_oclgrind(subject):
+    said, found = under_oclgrind(subject)
+    assert not found, f"{len(found)} reports, the first:\n" + "\n\n".join(found[:3])
+    assert said["failed"] == []
+
+
+def test_every_kernel_was_launched_under_oclgrind():
+    launched = {name for subject in SUBJECTS for name in under_oclgrind(subject)[0]["launched"]}
+    written = {
+        name
+        for path in (ROOT / "kernels").rglob("*.cl")
+        for name in kernel_parameters(path.read_text())
+    }
+    assert sorted(written - launched - set(NOT_LAUNCHED)) == []
+
+
+def test_reports_are_found_and_queries_left_out():
+    text = """
+Oclgrind - OpenCL runtime error detected
+\tFunction: clGetDeviceInfo
+\tError:    CL_INVALID_VALUE
+
+Invalid write of size 4 at global memory address 0x1000000000028
+\tKernel: stages_scan_write
+\tEntity: Global(10,0,0) Local(10,0,0) Group(0,0,0)
+
+Oclgrind - OpenCL runtime error detected
+\tFunction: clEnqueueNDRangeKernel
+\tError:    CL_INVALID_WORK_GROUP_SIZE
+
+Write-write data race at global memory address 0x1000000000000
+\tKernel: stages_compact_rows
+"""
+    kinds = [report.splitlines()[0].split(" at ")[0] for report in reports(text)]
+    assert kinds == [
+        "Invalid write of size 4",
+        "Oclgrind - OpenCL runtime error detected",
+        "Write-write data race",
+    ]
+    assert reports("a warning of numpy's\n\nanother line") == []
+
+
+def test_a_kernel_with_a_race_and_a_stray_write_is_reported(tmp_path):
+    # the judge itself: a kernel that is wrong on purpose has to be caught
+    file = tmp_path / "wrong.cl"
+    file.write_text(
+        "__kernel void wrong(__global int *n) { n[0] = get_global_id(0); n[get_global_id(0)] = 1; }"
+    )
+    script = (
+        "import numpy as np\n"
+        "from lodbench.kernels.device import Device\n"
+        "from lodbench.kernels.stages.timeline import Timeline\n"
+        "d = Device.open('oclgrind')\n"
+        "n = d.upload('n', np.zeros(3, np.int32))\n"
+        f"d.build({str(file)!r}).launch('wrong', 4, stage='s', local=4, n=n)(Timeline())\n"
+        "d.wait()\n"
+    )
+    done = subprocess.run(
+        ["oclgrind", "--data-races", sys.executable, "-c", script],
+        capture_output=True, text=True, cwd=ROOT, env=os.environ | {"LODBENCH_PRELUDE": "0"},
+    )  # fmt: skip
+    text = "\n".join(reports(done.stderr))
+    assert "data race" in text
+    assert "Invalid write" in text
