@@ -25,3 +25,6 @@ in the last place of the distance to the grid's corner, and one division by a pi
 CLUSTER_RIDGE = 5e-3
 """A cube's corner against the representative of its cell, in cells: the ridge of 1e-3 against eigenvalues of a third
 or less pulls it by that share of its way to the mean."""
+
+TURN = 2 * EPSILON32
+"""A sine or cosine near 1: the last rounding of a sum that is 1 at most, and that of the polynomial's argument."""

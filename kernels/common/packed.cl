@@ -1,0 +1,111 @@
+// Eight 3-vectors at a time: planes of x, y and z in registers, packed x y z x y z in memory.
+//
+// Source    none; the order of shuffles is that of a transposition of eight rows of three in 128-bit halves
+// Work      functions only; what is fused says so with fma, so that equal sums of equal numbers are equal to the bit
+// Reads     nothing
+// Writes    nothing
+// Defines   STREAMING  1: stores go past the caches, for outputs that are larger than they are; else 0
+
+#pragma OPENCL FP_CONTRACT OFF
+
+typedef struct {
+    float8 x, y, z;
+} planes8;
+
+#define PACKED_STORE(value, place) (*(__global float8 *)(place) = (value))
+#if defined(STREAMING) && STREAMING && defined(__x86_64__) && defined(__has_builtin)
+#if __has_builtin(__builtin_nontemporal_store)
+#undef PACKED_STORE
+#define PACKED_STORE(value, place) __builtin_nontemporal_store(value, (__global float8 *)(place))
+#endif
+#endif
+
+// single shuffles where the compiler has a name for them: it does not find its way back from lists of lanes
+#ifdef __clang__
+#define PACKED_PICK(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+#define PACKED_PICK(a, b, ...) shuffle2(a, b, (uint8)(__VA_ARGS__))
+#endif
+
+// `packed` is a multiple of 32 bytes: eight vectors are three whole float8
+static inline void packed_store8(const planes8 a, __global float *packed)
+{
+    const float8 xy = PACKED_PICK(a.x, a.y, 0, 2, 8, 10, 4, 6, 12, 14);
+    const float8 yz = PACKED_PICK(a.y, a.z, 1, 3, 9, 11, 5, 7, 13, 15);
+    const float8 zx = PACKED_PICK(a.z, a.x, 0, 2, 9, 11, 4, 6, 13, 15);
+    const float8 first = PACKED_PICK(xy, zx, 0, 2, 8, 10, 4, 6, 12, 14);
+    const float8 second = PACKED_PICK(yz, xy, 0, 2, 9, 11, 4, 6, 13, 15);
+    const float8 third = PACKED_PICK(zx, yz, 1, 3, 9, 11, 5, 7, 13, 15);
+    PACKED_STORE(PACKED_PICK(first, second, 0, 1, 2, 3, 8, 9, 10, 11), packed);
+    PACKED_STORE(PACKED_PICK(third, first, 0, 1, 2, 3, 12, 13, 14, 15), packed + 8);
+    PACKED_STORE(PACKED_PICK(second, third, 4, 5, 6, 7, 12, 13, 14, 15), packed + 16);
+}
+
+// the first `count` of eight, at any address
+static inline void packed_store_some(const planes8 a, const uint count, __global float *packed)
+{
+    float x[8], y[8], z[8];
+    vstore8(a.x, 0, x);
+    vstore8(a.y, 0, y);
+    vstore8(a.z, 0, z);
+    for (uint i = 0; i < count; ++i) {
+        packed[3 * i] = x[i];
+        packed[3 * i + 1] = y[i];
+        packed[3 * i + 2] = z[i];
+    }
+}
+
+// origin + u a + v b, lane by lane
+static inline planes8 planes8_span(const float8 u, const float8 v, const float3 origin, const float3 a, const float3 b)
+{
+    planes8 sum;
+    sum.x = fma(v, (float8)(b.x), fma(u, (float8)(a.x), (float8)(origin.x)));
+    sum.y = fma(v, (float8)(b.y), fma(u, (float8)(a.y), (float8)(origin.y)));
+    sum.z = fma(v, (float8)(b.z), fma(u, (float8)(a.z), (float8)(origin.z)));
+    return sum;
+}
+
+// a where the lane's mask is set, else b
+static inline float8 float8_pick(const int8 mask, const float8 a, const float8 b)
+{
+    return as_float8((as_int8(a) & mask) | (as_int8(b) & ~mask));
+}
+
+static inline planes8 planes8_pick(const int8 mask, const planes8 a, const planes8 b)
+{
+    planes8 picked;
+    picked.x = float8_pick(mask, a.x, b.x);
+    picked.y = float8_pick(mask, a.y, b.y);
+    picked.z = float8_pick(mask, a.z, b.z);
+    return picked;
+}
+
+// 1 / sqrt(x) to 2 units in the last place, 1e-30 < x < 1e30
+static inline float8 float8_rsqrt(const float8 x)
+{
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_ia32_rsqrtps256)
+#define PACKED_RSQRT 1
+    // Halley's step from 11 bits: root and division share one slow unit
+    const float8 y = __builtin_ia32_rsqrtps256(x);
+    const float8 h = fma(-(x * y), y, (float8)(1.0f));
+    return fma(y * h, fma(h, (float8)(0.375f), (float8)(0.5f)), y);
+#endif
+#endif
+#ifndef PACKED_RSQRT
+    return 1.0f / sqrt(x);
+#endif
+}
+
+// unit length; (0, 0, 1) where there is no direction left
+static inline planes8 planes8_normalise(const planes8 a)
+{
+    const float8 square = fma(a.z, a.z, fma(a.y, a.y, a.x * a.x));
+    const int8 has_length = square > 1e-30f;
+    const float8 scale = as_float8(as_int8(float8_rsqrt(square)) & has_length);
+    planes8 unit;
+    unit.x = a.x * scale;
+    unit.y = a.y * scale;
+    unit.z = as_float8(as_int8(a.z * scale) | (as_int8((float8)(1.0f)) & ~has_length));
+    return unit;
+}

@@ -1,0 +1,1 @@
+"""Mesh refinement: a coarse mesh, refined triangle by triangle on the device."""

@@ -1,0 +1,298 @@
+"""Pattern and coarse attributes go up, launches for every level and batch are made, a frame enqueues one level's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
+from lodbench.kernels.device import Buffer, Device
+from lodbench.kernels.refine.lattice import (
+    lattice_triangles,
+    lattice_vertex_count,
+    lattice_weights,
+    refined_mesh,
+    welded_mesh,
+)
+from lodbench.kernels.refine.pattern.attributes import canonical, corner_attributes
+from lodbench.kernels.refine.pattern.reference import Wave, largest_error
+from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Traffic
+
+if TYPE_CHECKING:
+    from lodbench.kernels.program import Launch, Program
+    from lodbench.kernels.refine.pattern import Params
+
+VERTEX_BYTES = 24  # a point and a normal, packed
+LINE = 8  # vertices in a whole vector
+CHUNK = {"cpu": 64}  # vertices of one work-item: rows of vectors on a CPU, one vector elsewhere
+STREAM_BYTES = 16 << 20  # a larger output leaves no cache warm: its stores go past them
+TOLERANCE = 2e-6  # a dozen float32 roundings, relative to the largest operand
+CHECKED = 64  # coarse triangles that a check looks at
+
+
+def kernel_defines(device: Device, output_bytes: int) -> dict[str, int]:
+    """The constants that a refining kernel is built with on this device."""
+    streaming = device.facts.kind == "cpu" and output_bytes > STREAM_BYTES
+    return {"CHUNK": CHUNK.get(device.facts.kind, LINE), "STREAMING": int(streaming)}
+
+
+@dataclass
+class _Batch:
+    """The coarse triangles from `first` on that one pass over the output holds."""
+
+    first: int
+    count: int
+    launches: list[Launch] = field(default_factory=list)
+
+
+@dataclass
+class _Level:
+    """One pattern on the device, and the launches that draw the mesh with it."""
+
+    segments: int
+    weights: Buffer  # planes of u and v, float [2, stride]
+    triangles: Buffer
+    surface: DeviceSurface
+    batches: list[_Batch] = field(default_factory=list)
+
+    @property
+    def vertices(self) -> int:
+        return lattice_vertex_count(self.segments)
+
+
+def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Pattern:
+    """The pattern, or all of its levels, over `mesh`; its own normals, or area-weighted ones.
+
+    Raises:
+        Unsupported: not even one refined triangle fits the device's memory.
+    """
+    return Pattern(device, mesh, params)
+
+
+class Pattern:
+    """A mesh under generic refinement: see `lodbench.kernels.refine.pattern`."""
+
+    def __init__(self, device: Device, mesh: TriangleMesh, params: Params) -> None:
+        self._device, self._mesh, self._params = device, canonical(mesh), params
+        self.setup = Timeline()
+        self._corners = corner_attributes(self._mesh)
+        self._diagonal = min(max(mesh.diagonal, 1e-30), 1e30)
+        count = mesh.triangle_count
+        with self.setup.host("upload"):
+            self._attributes = device.upload("corners", self._corners, np.float32, (None, 19))
+            patterns = [self._upload(params.segments >> k) for k in range(params.levels)]
+        finest = lattice_vertex_count(params.segments)
+        free = device.memory_limit - device.used_bytes
+        largest = device.facts.largest_allocation_bytes
+        room = min(free // (VERTEX_BYTES * finest), 2 * largest // (VERTEX_BYTES * finest))
+        self._capacity = finest * (min(count, max(room, 1)) if count else 0)
+        self._positions = device.allocate("positions", (self._capacity, 3), np.float32)
+        self._normals = device.allocate("normals", (self._capacity, 3), np.float32)
+        with self.setup.host("build"):
+            defines = kernel_defines(device, VERTEX_BYTES * self._capacity)
+            self._chunk = defines["CHUNK"]
+            defines["DISPLACED"] = int(params.amplitude != 0)
+            program = device.build("refine/pattern/vertex.cl", defines=defines)
+        self._levels = [self._level(program, *pattern) for pattern in patterns]
+        self._frame, self._drawn = Frame(), self._levels[0]
+        with self.setup.host("first_launch"):
+            for level in reversed(self._levels):
+                self._draw(level, Frame(), Timeline())
+            device.wait()
+
+    def _upload(self, segments: int) -> tuple[int, Buffer, Buffer]:
+        """A pattern's weights, padded so that a vector may begin at its last vertex, and its triangles."""
+        count = lattice_vertex_count(segments)
+        planes = np.zeros((2, -(-count // LINE) * LINE + LINE), np.float32)
+        planes[:, :count] = lattice_weights(segments).T[1:]
+        weights = self._device.upload("pattern", planes, np.float32, (2, None))
+        triangles = self._device.upload("triangles", lattice_triangles(segments), np.uint32)
+        return segments, weights, triangles
+
+    def _level(self, program: Program, segments: int, weights: Buffer, triangles: Buffer) -> _Level:
+        total, vertices = self._mesh.triangle_count, lattice_vertex_count(segments)
+        surface = DeviceSurface(
+            self._positions,
+            self._normals,
+            triangles,
+            vertex_count=total * vertices,
+            triangle_count=total * segments * segments,
+            instances=total,
+            instance_vertices=vertices,
+        )
+        level = _Level(segments, weights, triangles, surface)
+        each = max(self._capacity // vertices, 1)
+        for first in range(0, total, each):
+            batch = _Batch(first, min(each, total - first))
+            level.batches.append(batch)
+            batch.launches = (
+                [self._batched(program, level, batch)]
+                if self._params.draw == "batched"
+                else [self._single(program, level, t, batch) for t in range(batch.count)]
+            )
+        return level
+
+    def _arguments(self, level: _Level) -> dict[str, Any]:
+        return {
+            "pattern": level.weights,
+            "positions": self._positions,
+            "normals": self._normals,
+            "wave": self._wave(0.0),
+            "pattern_stride": level.weights.shape[1],
+            "last_row": level.vertices - level.segments - 1,
+            "pattern_vertices": level.vertices,
+        }
+
+    def _batched(self, program: Program, level: _Level, batch: _Batch) -> Launch:
+        vertex_count = batch.count * level.vertices
+        return program.launch(
+            "pattern_vertex_batched",
+            -(-vertex_count // self._chunk),
+            stage="vertex",
+            corners=self._attributes,
+            first_triangle=batch.first,
+            vertex_count=vertex_count,
+            **self._arguments(level),
+        )
+
+    def _single(self, program: Program, level: _Level, place: int, batch: _Batch) -> Launch:
+        first = place * level.vertices
+        corners = self._corners[batch.first + place]
+        points, normals = corners[:9].reshape(3, 3), corners[9:18].reshape(3, 3)
+        return program.launch(
+            "pattern_vertex_single",
+            (first + level.vertices - 1) // self._chunk - first // self._chunk + 1,
+            stage="vertex",
+            first_vertex=first,
+            **{f"p{k}": (*points[k], corners[18]) for k in range(3)},
+            **{f"n{k}": (*normals[k], 0) for k in range(3)},
+            **self._arguments(level),
+        )
+
+    def _wave(self, time: float) -> tuple[float, float, float, float]:
+        """Amplitude in model units, waves per diagonal, phase in turns, 1 / diagonal."""
+        scale = self._diagonal
+        return self._params.amplitude * scale, self._params.waves, -(time % 1.0), 1.0 / scale
+
+    def _choose(self, frame: Frame) -> _Level:
+        """The finest level within `near`, one coarser for each doubling of the eye's distance from the box."""
+        if frame.view is None:
+            return self._levels[0]
+        low, high = self._mesh.box
+        eye = np.asarray(frame.view.eye, np.float64)
+        distance = float(np.linalg.norm(eye - np.clip(eye, low, high))) / self._diagonal
+        halvings = int(np.floor(np.log2(max(distance / self._params.near, 1.0))))
+        return self._levels[min(halvings, len(self._levels) - 1)]
+
+    def _draw(self, level: _Level, frame: Frame, timeline: Timeline) -> None:
+        self._frame, self._drawn = frame, level
+        for batch in level.batches:
+            self._run(batch, timeline)
+
+    def _run(self, batch: _Batch, timeline: Timeline) -> None:
+        for launch in batch.launches:
+            if self._params.amplitude:
+                launch.set(wave=self._wave(self._frame.time))
+            launch(timeline)
+
+    @property
+    def output(self) -> DeviceSurface | None:
+        """The last frame's surface; None where it did not fit and was made in batches."""
+        return self._drawn.surface if len(self._drawn.batches) <= 1 else None
+
+    def enqueue(self, frame: Frame, timeline: Timeline) -> None:
+        """Draw the pattern of the frame's level over all coarse triangles."""
+        self._draw(self._choose(frame), frame, timeline)
+
+    def _read(self) -> Iterator[tuple[_Batch, Floats, Floats]]:
+        """Points and normals batch by batch, (count, pattern vertices, 3) each; several are run again."""
+        level = self._drawn
+        for batch in level.batches:
+            if len(level.batches) > 1:
+                self._run(batch, Timeline())
+            rows = batch.count * level.vertices
+            shape = (batch.count, level.vertices, 3)
+            yield (
+                batch,
+                self._device.read(self._positions, rows).reshape(shape),
+                self._device.read(self._normals, rows).reshape(shape),
+            )
+
+    def result(self) -> Sequence[TriangleMesh]:
+        """The last frame's mesh, whose refined triangles share no vertices: instance after instance.
+
+        An instance begins at its coarse triangle's vertex of lowest number.
+        """
+        none = [(None, np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32))]
+        _, points, directions = zip(*(list(self._read()) or none), strict=True)
+        positions, normals = np.concatenate(points), np.concatenate(directions)
+        return [
+            refined_mesh(
+                self._mesh, self._drawn.segments, positions.reshape(-1, 3), normals.reshape(-1, 3)
+            )
+        ]
+
+    def welded(self) -> TriangleMesh:
+        """The last frame's mesh with every shared vertex once, matched by edge and place on it."""
+        return welded_mesh(self.result()[0], self._mesh.triangles, self._drawn.segments)
+
+    def check(self) -> Check:
+        """Points and normals of some coarse triangles, spread over the mesh, against float64."""
+        total = self._mesh.triangle_count
+        chosen = np.unique(np.linspace(0, max(total - 1, 0), min(CHECKED, total)).astype(np.int64))
+        amplitude, waves, phase, inverse = self._wave(self._frame.time)
+        wave = Wave(amplitude, 2 * np.pi * waves * inverse, 2 * np.pi * phase)
+        worst = 0.0
+        for batch, positions, normals in self._read():
+            rows = chosen[(chosen >= batch.first) & (chosen < batch.first + batch.count)]
+            if len(rows):
+                corners = self._corners[rows, :18].astype(np.float64).reshape(-1, 2, 3, 3)
+                here = rows - batch.first
+                error = largest_error(
+                    positions[here], normals[here], corners[:, 0], corners[:, 1], wave
+                )
+                worst = float(np.max([worst, error]))  # NaN is the worst of all
+        what = (
+            "largest error of points (over the largest coordinate) and of unit normals, "
+            f"{len(chosen)} of {total} coarse triangles"
+        )
+        return Check(worst <= TOLERANCE, what, worst, TOLERANCE)
+
+    def counters(self) -> Mapping[str, int | float]:
+        """What the last frame made, and the vertices that stay stored as the paper counts them: a square grid's."""
+        surface, segments = self._drawn.surface, self._drawn.segments
+        return {
+            "vertices": surface.vertex_count,
+            "triangles": surface.triangle_count,
+            "coarse_triangles": self._mesh.triangle_count,
+            "segments": segments,
+            "vertices_square_grid": (segments + 1) ** 2,
+            "launches": sum(len(batch.launches) for batch in self._drawn.batches),
+        }
+
+    def footprint(self) -> Footprint:
+        """Stored are the patterns and the coarse attributes; a static buffer stores every vertex and index."""
+        patterns = sum(level.weights.size_bytes for level in self._levels)
+        patterns += sum(level.triangles.size_bytes for level in self._levels)
+        surface = self._drawn.surface
+        return Footprint(
+            input_bytes=self._corners.nbytes,
+            pattern_bytes=patterns,
+            output_bytes=self._positions.size_bytes + self._normals.size_bytes,
+            batches=max(len(self._drawn.batches), 1),
+            stored_vertices=sum(level.vertices for level in self._levels),
+            stored_bytes=patterns + self._corners.nbytes,
+            static_vertices=surface.vertex_count,
+            static_bytes=VERTEX_BYTES * surface.vertex_count + 12 * surface.triangle_count,
+        )
+
+    def traffic(self) -> Mapping[str, Traffic]:
+        """The output must be written, pattern and attributes read once; operations are counted from the kernel."""
+        vertices = self._drawn.surface.vertex_count
+        flops = 34 + (90 if self._params.amplitude else 0)
+        read = self._corners.nbytes + 8 * self._drawn.vertices
+        return {"vertex": Traffic(VERTEX_BYTES * vertices + read, flops * vertices)}
