@@ -11,6 +11,11 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image.parameterisation import octahedron, rotation
+from lodbench.kernels.geometry_image.parameterisation.cache import (
+    cache_path,
+    read_arrays,
+    write_arrays,
+)
 from lodbench.kernels.geometry_image.parameterisation.hierarchy import Points
 from lodbench.kernels.geometry_image.parameterisation.locate import Locator
 from lodbench.kernels.geometry_image.parameterisation.spherical import (
@@ -57,6 +62,21 @@ def resample(
     return GeometryImage(sampled[0].astype(np.float32), unit.astype(np.float32))
 
 
+def _best_turn(
+    mesh: TriangleMesh, spherical: SphericalMap, locator: Locator, cache: bool
+) -> Points:
+    """The chosen rotation, from disk where it was chosen before."""
+    surface = mesh.positions[spherical.used].astype(np.float64)
+    path = cache_path(f"rotation {rotation.METHOD}", spherical.sphere, spherical.triangles, surface)
+    kept = read_arrays(path).get("rotation") if cache else None
+    if kept is not None and kept.shape == (3, 3):
+        return kept
+    chosen = rotation.choose(spherical.sphere, surface, spherical.triangles, locator)
+    if cache:
+        write_arrays(path, rotation=chosen)
+    return chosen
+
+
 def make(
     mesh: TriangleMesh,
     n: int = 8,
@@ -88,8 +108,7 @@ def make(
     if turn == "best":
         if progress is not None:
             progress("rotation", 0.0, None)
-        surface = mesh.positions[spherical.used].astype(np.float64)
-        chosen = rotation.choose(spherical.sphere, surface, spherical.triangles, locator)
+        chosen = _best_turn(mesh, spherical, locator, cache)
     step("rotation")
     if progress is not None:
         progress("resampling", 0.0, None)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-import io
 import time
-import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -13,9 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels import facts
 from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.geometry_image.parameterisation import accept, embedding, laplacian, stars
+from lodbench.kernels.geometry_image.parameterisation.cache import (
+    cache_path,
+    read_arrays,
+    write_arrays,
+)
 from lodbench.kernels.geometry_image.parameterisation.checks import require_sphere
 from lodbench.kernels.geometry_image.parameterisation.device_stars import DeviceSweep
 from lodbench.kernels.geometry_image.parameterisation.hierarchy import Faces, Points
@@ -111,20 +112,17 @@ def spherical_map(
     surface, triangles, used = require_sphere(mesh)
     on_device = mode == MODES[0] and device is not None and DeviceSweep.possible(device)
     maker = device.facts.driver if on_device and device is not None else "host"
-    key = hashlib.sha256(f"{METHOD}|{mode}|{seed}|{maker}|".encode())
-    key.update(mesh.positions.tobytes())
-    key.update(mesh.triangles.tobytes())
-    path = facts.cache_folder() / "parameterisation" / f"{key.hexdigest()[:32]}.npz"
+    path = cache_path(f"{METHOD}|{mode}|{seed}|{maker}", mesh.positions, mesh.triangles)
     if cache:
         try:
-            with np.load(path) as held:
-                kept = SphericalMap(
-                    np.asarray(held["sphere"], np.float64), triangles, used, mode, seed,
-                    int(held["repaired"]), float(held["seconds"]), True,
-                )  # fmt: skip
+            held = read_arrays(path)
+            kept = SphericalMap(
+                np.asarray(held["sphere"], np.float64), triangles, used, mode, seed,
+                int(held["repaired"]), float(held["seconds"]), True,
+            )  # fmt: skip
             if kept.sphere.shape == surface.shape and not kept.flipped:
                 return kept
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        except KeyError:
             pass
     clock = _Clock(progress, "parameterisation")
     start = time.perf_counter()
@@ -150,7 +148,5 @@ def spherical_map(
             f"turned over ({repaired} before repair) and covers the sphere {degree:.6g} times"
         )
     if cache:
-        packed = io.BytesIO()
-        np.savez(packed, sphere=sphere, repaired=repaired, seconds=made.seconds)
-        facts.write_cache(path, packed.getvalue())
+        write_arrays(path, sphere=sphere, repaired=repaired, seconds=made.seconds)
     return made

@@ -1,0 +1,39 @@
+"""Arrays kept on disk by what they were made of; a torn or foreign file counts as none."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.kernels import facts
+
+
+def cache_path(parameters: str, *content: NDArray[Any]) -> Path:
+    """The file for these parameters and this content, whether it exists or not."""
+    key = hashlib.sha256(parameters.encode())
+    for array in content:
+        key.update(f"|{array.dtype}{array.shape}|".encode())
+        key.update(np.ascontiguousarray(array).tobytes())
+    return facts.cache_folder() / "parameterisation" / f"{key.hexdigest()[:32]}.npz"
+
+
+def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """The file's arrays by name; empty where it cannot be read."""
+    try:
+        with np.load(path) as held:
+            return {name: held[name] for name in held.files}
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+        return {}
+
+
+def write_arrays(path: Path, **arrays: Any) -> None:
+    """Write all of them or nothing; a cache that cannot be written is no error."""
+    packed = io.BytesIO()
+    np.savez(packed, **arrays)
+    facts.write_cache(path, packed.getvalue())

@@ -1,0 +1,129 @@
+"""A closed surface drawn from its geometry image in as much detail as the view asks for, without cracks.
+
+A quadtree over the image holds, per node, how far the surface lies from the node's two flat triangles. One pass over
+all nodes, packed in one texture, picks those that are fine enough while their parents are not; the picked nodes cover
+the image once. Each becomes two triangles, or a fan over its perimeter where a neighbour is finer.
+
+The paper compares errors with one threshold that follows the viewer's distance from the model; `view="node"` compares
+each node's error as it appears on screen (reconstruction). How nodes of different depth meet is not said in the paper:
+here every corner of a finer neighbour stays in the perimeter, so the surface is closed for any choice of nodes.
+
+Source: Wang, Liu, Feng & Li (Hohai University), Multiresolution rendering of complex triangular mesh model based on
+GPU, sections 2 and 3, figures 2-4.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
+from lodbench.kernels.api import Result
+from lodbench.kernels.device import Device
+from lodbench.kernels.geometry_image.parameterisation import MODES
+from lodbench.kernels.geometry_image.quadtree_lod.host import QuadtreeLod, prepare
+from lodbench.kernels.system import System, run
+
+__all__ = ["Params", "SYSTEM", "QuadtreeLod", "simplify"]
+
+VIEWS = ("global", "node", "none")
+
+
+@dataclass(frozen=True)
+class Params:
+    """How much detail.
+
+    Attributes:
+        n: the image made of a triangle mesh has (2^n + 1)^2 samples, 1 to 11; a geometry image brings its own.
+        threshold: largest error of a drawn node where the frame has no view, as a fraction of the bounding-box
+            diagonal; 0 draws every leaf.
+        pixels: largest error on screen where the frame has a view.
+        view: "global", one distance for the whole model, as in the paper; "node", each node's own; "none", views are
+            ignored.
+        target_count: not None: `threshold` is replaced by the smallest with at most so many triangles.
+        mode: how a triangle mesh is laid out on the sphere, see `parameterisation`.
+        seed: of what is random in that.
+        turn: "best" or "identity", how the sphere is turned before it is unfolded.
+        cache: keep the sphere on disk.
+    """
+
+    n: int = 8
+    threshold: float = 0.001
+    pixels: float = 1.0
+    view: str = "global"
+    target_count: int | None = None
+    mode: str = MODES[0]
+    seed: int = 0
+    turn: str = "best"
+    cache: bool = True
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.n <= 11:
+            raise ValueError(f"n: expected 1 to 11, got {self.n}")
+        if not (math.isfinite(self.threshold) and self.threshold >= 0):
+            raise ValueError(f"threshold: expected 0 or more, got {self.threshold}")
+        if not (math.isfinite(self.pixels) and self.pixels > 0):
+            raise ValueError(f"pixels: expected more than 0, got {self.pixels}")
+        if self.target_count is not None and self.target_count < 1:
+            raise ValueError(f"target_count: expected at least 1, got {self.target_count}")
+        for name, allowed in (
+            ("view", VIEWS), ("mode", MODES), ("turn", ("best", "identity")),
+        ):  # fmt: skip
+            if getattr(self, name) not in allowed:
+                expected = ", ".join(allowed)
+                raise ValueError(f"{name}: expected one of {expected}, got {getattr(self, name)!r}")
+
+
+def level_for(triangle_count: int) -> int:
+    """The image level whose full resolution has at least so many triangles; 3 to 11."""
+    return min(max(math.ceil(math.log(max(triangle_count, 1) / 2, 4)), 3), 11)
+
+
+def simplify(
+    device: Device,
+    mesh: TriangleMesh | GeometryImage,
+    *,
+    target_count: int | None = None,
+    cells: Any = None,
+    **options: Any,
+) -> Result:
+    """The surface with at most `target_count` triangles, or within `threshold`; `options` are those of `Params`.
+
+    Args:
+        device: where it is done.
+        mesh: closed, oriented, genus 0; it is laid out on a sphere first, or that is read from the cache. Or a
+            finished geometry image.
+        target_count: triangles at most; `counters` gets `target` and `target_gap`. Never fewer than 8 come out.
+        cells: must be None: this method has no grid.
+        **options: see `Params`; `n` defaults to the least level that has as many triangles as the mesh.
+
+    Raises:
+        NotSpherical: the mesh is open, not manifold, in pieces, or of another genus.
+    """
+    if cells is not None:
+        raise ValueError(f"cells: expected None for quadtree_lod, got {cells}")
+    if isinstance(mesh, TriangleMesh):
+        options.setdefault("n", level_for(mesh.triangle_count))
+    prepared = prepare(device, mesh, replace(Params(**options), target_count=target_count))
+    frame = run(device, prepared)
+    simplified = prepared.result()[0]
+    counters = dict(prepared.counters())
+    if target_count is not None:
+        counters |= {"target": target_count, "target_gap": target_count - simplified.triangle_count}
+    return Result(simplified, None, (simplified,), counters, prepared.setup, frame)
+
+
+SYSTEM = System(
+    name="quadtree_lod",
+    family="geometry_image",
+    source="Wang, Liu, Feng & Li, sections 2-3, figures 2-4",
+    takes=(TriangleMesh, GeometryImage),
+    prepare=prepare,
+    cases={
+        "thousandth": Params(n=6),
+        "full": Params(n=6, threshold=0.0),
+        "coarsest": Params(n=6, threshold=1e6),
+        "node": Params(n=6, view="node"),
+    },
+)

@@ -1,0 +1,81 @@
+// Quadtree over a geometry image, set-up: how far does each node's flat stand-in lie from its samples?
+//
+// Source    Wang et al., section 3.1; that a node's error is the largest distance, and saturated, is a reconstruction
+// Work      1-D, one item per node of one level; a level is launched when the one below it is done
+// Reads     positions  float [3 * side * side]   row-major samples, side = 2^n + 1, model units
+// Writes    errors     float [texel_count]       packed; largest distance here or in a child, model units; leaves 0
+//           bounds     float4[texel_count / 3]   packed, upper part: centre, radius; holds the children's spheres
+// Needs     common/quadtree.cl
+
+static inline float3 sample(__global const float *restrict positions, const uint i, const uint j, const uint n)
+{
+    const size_t at = 3 * ((size_t)j * ((1u << n) + 1) + i);
+    return (float3)(positions[at], positions[at + 1], positions[at + 2]);
+}
+
+__kernel void quadtree_lod_setup_error(
+    __global const float *restrict positions,
+    __global float *errors,
+    const uint depth,
+    const uint n,
+    const uint node_count)
+{
+    const uint node = get_global_id(0);
+    if (node >= node_count) return;
+
+    const uint x = node & ((1u << depth) - 1), y = node >> depth, size = 1u << (n - depth);
+    const uint left = x * size, low = y * size;
+    const float3 p = sample(positions, left, low, n), q = sample(positions, left + size, low, n);
+    const float3 r = sample(positions, left + size, low + size, n), s = sample(positions, left, low + size, n);
+    const bool anti = quadtree_anti_diagonal(left, low, size, n);
+    const float step = 1.0f / (float)size;
+    float worst = 0.0f;
+    for (uint j = 0; j <= size; ++j) {
+        for (uint i = 0; i <= size; ++i) {
+            const float u = (float)i * step, v = (float)j * step;
+            float3 flat;
+            if (anti)
+                flat = i + j <= size ? p + u * (q - p) + v * (s - p) : r + (1.0f - u) * (s - r) + (1.0f - v) * (q - r);
+            else
+                flat = i >= j ? p + u * (q - p) + v * (r - q) : p + v * (s - p) + u * (r - s);
+            const float3 apart = sample(positions, left + i, low + j, n) - flat;
+            worst = fmax(worst, dot(apart, apart));
+        }
+    }
+    worst = sqrt(worst);
+    if (depth + 1 < n)
+        for (uint child = 0; child < 4; ++child)
+            worst = fmax(worst, errors[quadtree_texel(depth + 1, 2 * x + (child & 1), 2 * y + (child >> 1), n)]);
+    errors[quadtree_texel(depth, x, y, n)] = worst;
+}
+
+__kernel void quadtree_lod_setup_bound(
+    __global const float *restrict positions,
+    __global float4 *bounds,
+    const uint depth,
+    const uint n,
+    const uint node_count)
+{
+    const uint node = get_global_id(0);
+    if (node >= node_count) return;
+
+    const uint x = node & ((1u << depth) - 1), y = node >> depth, size = 1u << (n - depth);
+    const uint upper = 1u << (2 * n); // the leaves have no bounds: they are drawn whenever nothing above them is
+    float3 centre = 0.0f;
+    float radius = 0.0f;
+    if (depth + 1 == n) {
+        for (uint k = 0; k < 9; ++k) centre += sample(positions, x * size + k % 3, y * size + k / 3, n);
+        centre /= 9.0f;
+        for (uint k = 0; k < 9; ++k)
+            radius = fmax(radius, distance(centre, sample(positions, x * size + k % 3, y * size + k / 3, n)));
+    } else {
+        for (uint k = 0; k < 4; ++k)
+            centre += bounds[quadtree_texel(depth + 1, 2 * x + (k & 1), 2 * y + (k >> 1), n) - upper].xyz;
+        centre *= 0.25f;
+        for (uint k = 0; k < 4; ++k) {
+            const float4 child = bounds[quadtree_texel(depth + 1, 2 * x + (k & 1), 2 * y + (k >> 1), n) - upper];
+            radius = fmax(radius, distance(centre, child.xyz) + child.w);
+        }
+    }
+    bounds[quadtree_texel(depth, x, y, n) - upper] = (float4)(centre, radius);
+}

@@ -1,0 +1,70 @@
+"""A geometry image on the device with its quadtree: errors and bounds of all nodes, packed in one texture."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.datasets_gen.surfaces import GeometryImage
+from lodbench.kernels.device import Device
+from lodbench.kernels.geometry_image.quadtree_lod import reference
+from lodbench.kernels.stages.timeline import Timeline
+
+FOLDER = "geometry_image/quadtree_lod"
+
+
+class Tree:
+    """Uploads the image and makes the tree, level by level, finest first.
+
+    ```
+    positions, normals  float  [3 * side * side]   the image's samples, row by row, side = 2^n + 1
+    errors              float  [texels]            figure 3's layout: see common/quadtree.cl
+    bounds              float4 [texels / 3]        its upper part: centre and radius
+    ```
+    """
+
+    def __init__(self, device: Device, image: GeometryImage, setup: Timeline) -> None:
+        self._device, self.image = device, image
+        self.side = image.positions.shape[0]
+        self.n = (self.side - 1).bit_length() - 1
+        self.texels = 3 << (2 * self.n - 1)
+        flat = image.positions.reshape(-1, 3)
+        self.low, self.high = flat.min(0).astype(np.float64), flat.max(0).astype(np.float64)
+        self.diagonal = float(np.linalg.norm(self.high - self.low))
+        before = device.used_bytes
+        with setup.host("upload"):
+            self.positions = device.upload("image", flat)
+            self.normals = device.upload("image_normals", image.normals.reshape(-1, 3))
+        self.input_bytes = device.used_bytes - before
+        with setup.host("quadtree"):
+            self.errors = device.allocate("errors", self.texels, np.float32)
+            self.bounds = device.allocate("bounds", (max(self.texels // 3, 1), 4), np.float32)
+            self._make()
+            device.wait()
+        self.tree_bytes = device.used_bytes - before - self.input_bytes
+
+    def _make(self) -> None:
+        device, none = self._device, Timeline()
+        device.fill(none, "quadtree", self.errors, 0)
+        device.fill(none, "quadtree", self.bounds, 0)
+        program = device.build(f"{FOLDER}/setup.cl")
+        for depth in reversed(range(self.n)):
+            shared: dict[str, Any] = {
+                "positions": self.positions, "depth": depth, "n": self.n, "node_count": 4**depth,
+            }  # fmt: skip
+            local = 1 if depth < 4 else None  # few nodes with many samples each: one per group
+            for step, written in (("error", self.errors), ("bound", self.bounds)):
+                program.launch(
+                    f"quadtree_lod_setup_{step}", 4**depth, stage="quadtree", local=local,
+                    **shared, **{f"{step}s": written},
+                )(none)  # fmt: skip
+
+    def read_errors(self) -> list[NDArray[np.float32]]:
+        """Per depth, 0 to n, the nodes' errors, (2^d, 2^d), row y, column x."""
+        return reference.unpack(self._device.read(self.errors), self.n)
+
+    def read_bounds(self) -> list[NDArray[np.float32]]:
+        """Per depth, 0 to n - 1, centre and radius of each node's sphere, (2^d, 2^d, 4)."""
+        return reference.unpack_upper(self._device.read(self.bounds), self.n)
