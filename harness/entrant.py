@@ -12,7 +12,7 @@ import psutil
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness import registry
 from lodbench.harness.group import Context, Subject
-from lodbench.harness.timing import VERY_SLOW_S, take
+from lodbench.harness.timing import VERY_SLOW_S, PeakMemory, take
 from lodbench.kernels.device import Device, DeviceError, Unsupported
 from lodbench.kernels.system import Prepared, System, Timeline, run
 
@@ -51,7 +51,9 @@ class Entrant:
         """
         try:
             self._prepare(surface, device, before, record)
+            memory = PeakMemory()
             first = take(self.subject.name, self.frame, 0, warmup=True)
+            self.facts["peak_growth_bytes"] = memory.growth_bytes()
             if first is None:
                 return
             self.first_s = first.wall_s

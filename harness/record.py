@@ -127,6 +127,7 @@ class SubjectRecord:
     from_cache: dict[str, bool] = field(default_factory=dict)
     memory_growth_bytes: int | None = None
     read_back_s: float | None = None
+    peak_growth_bytes: int | None = None
     check: dict[str, Any] | None = None
     counters: dict[str, Any] = field(default_factory=dict)
     footprint: dict[str, Any] = field(default_factory=dict)
@@ -189,6 +190,7 @@ class RunRecord:
 
 _SUBJECT_FIELDS = (
     "status", "reason", "check", "counters", "footprint", "traffic", "quality", "read_back_s",
+    "peak_growth_bytes",
 )  # fmt: skip
 _GROUP_FIELDS = ("group", "table", "name", "dataset", "device", "facts", "config")
 _SETUP_FIELDS = ("system", "params", "phases", "from_cache", "memory_growth_bytes")

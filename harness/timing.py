@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -132,6 +134,34 @@ def interleave(
                     del quotas[name]
                 else:
                     yield sample
+
+
+class PeakMemory:
+    """How far the process's memory has risen above what it held when this was made; Linux only."""
+
+    def __init__(self) -> None:
+        self._start: int | None = None
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if os.name == "posix" else None
+        if trim is not None:
+            trim(0)  # what an earlier subject freed is the system's again, not this one's for nothing
+        try:
+            Path("/proc/self/clear_refs").write_text("5")  # the peak is counted anew from here
+            self._start = self._read("VmRSS")
+        except (OSError, ValueError):
+            pass
+
+    @staticmethod
+    def _read(key: str) -> int:
+        for line in Path("/proc/self/status").read_text().splitlines():
+            if line.startswith(key + ":"):
+                return int(line.split()[1]) << 10
+        raise ValueError(f"/proc/self/status: expected {key}, got none")
+
+    def growth_bytes(self) -> int | None:
+        """Bytes, or None where the system does not tell."""
+        if self._start is None:
+            return None
+        return max(self._read("VmHWM") - self._start, 0)
 
 
 class OtherLoad:

@@ -141,6 +141,34 @@ def measured(group: GroupRecord, subject: SubjectRecord) -> Row:
     return row
 
 
+def memory_bytes(subject: SubjectRecord) -> int | None:
+    """What the subject holds while it runs: a device's buffers, or a host's input and the rise of its memory peak.
+
+    None where the peak is not known; that of a call into a pool of device memory says nothing either.
+    """
+    parts = ("input_bytes", "pattern_bytes", "output_bytes", "scratch_bytes")
+    if subject.stages and subject.stages != ["call"]:
+        return sum(subject.footprint.get(part) or 0 for part in parts)
+    if subject.peak_growth_bytes is None or subject.system == "simplify_call":
+        return None
+    return (subject.footprint.get("input_bytes") or 0) + subject.peak_growth_bytes
+
+
+def limit_share(run: RunRecord, subject: SubjectRecord) -> float | None:
+    """Which share of the device's measured limits its stages reach: least possible over median device time.
+
+    Source: Williams, Waterman & Patterson 2009, Roofline: bytes over bandwidth, or operations over their peak rate.
+    """
+    stages = {name: summary(subject.stage_s(name)) for name in subject.traffic}
+    if run.limits is None or not stages or None in stages.values():
+        return None
+    bandwidth = max(run.limits["fill"]["best"], run.limits["copy"]["best"])
+    rate = run.limits["multiply_add"]["best"]
+    least = sum(max(t["bytes"] / bandwidth, t["flops"] / rate) for t in subject.traffic.values())
+    spent = sum(stage.median for stage in stages.values() if stage)
+    return least / spent if spent else None
+
+
 def counts(subject: SubjectRecord | None) -> bool:
     """May this subject stand in a ratio: verified, measured, and not run in batches?"""
     return (

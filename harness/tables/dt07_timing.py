@@ -14,7 +14,9 @@ from lodbench.harness.tables import (
     Column,
     Row,
     Table,
+    limit_share,
     measured,
+    memory_bytes,
     ratio_columns,
     ratios,
 )
@@ -60,7 +62,8 @@ def same_cells(context: Context) -> dict[str, Any]:
 
 def same_counts_per_axis(context: Context) -> dict[str, Any]:
     """The same number of cells per axis, for peers that divide the box evenly."""
-    return {"cells": Grid.over(*context.surface.box, context.params[OURS].cells).counts}
+    low, high = context.surface.box
+    return {"cells": Grid.over(low, high, context.params[OURS].cells).counts}
 
 
 def same_count(context: Context) -> dict[str, Any]:
@@ -132,13 +135,13 @@ def _missed(subject: SubjectRecord) -> str:
     return f"left {left:,} triangles, asked for {asked:,}: no ratio to it"
 
 
-def _row(group: GroupRecord, label: str, seed: int) -> Row:
+def _row(run: RunRecord, group: GroupRecord, label: str) -> Row:
     subject = group.subjects[label]
     fair = [name for name in BASELINES if name in group.subjects]
     fair = [name for name in fair if not _missed(group.subjects[name])]
     missed = _missed(subject)
     row = measured(group, subject) | _passes(subject)
-    row |= ratios(group, subject, [] if missed else fair, seed)
+    row |= ratios(group, subject, [] if missed else fair, run.environment["seed"])
     row["reason"] = ", ".join(filter(None, (row["reason"], missed)))
     cells = (subject.params or {}).get("cells")
     row["cells"] = cells
@@ -146,6 +149,9 @@ def _row(group: GroupRecord, label: str, seed: int) -> Row:
         row["triangles_per_s"] = row["triangles_in"] / row["wall_s"]
     row["vertices_out"] = subject.counters.get("vertices")
     row["first_launch_s"] = subject.phases.get("first_launch")
+    row["memory_bytes"] = memory_bytes(subject)
+    if label != "one_core":  # its own limits were not measured
+        row["limit_share"] = limit_share(run, subject)
     if label == OURS:
         row["published_ratio_to_cpu"] = 20
     return row
@@ -167,8 +173,7 @@ def _slopes(made: Sequence[Row], records: Sequence[GroupRecord]) -> None:
 
 def rows(run: RunRecord, records: Sequence[GroupRecord]) -> list[Row]:
     """One row per dataset and subject."""
-    seed = run.environment["seed"]
-    made = [_row(group, label, seed) for group in records for label in group.subjects]
+    made = [_row(run, group, label) for group in records for label in group.subjects]
     _slopes(made, records)
     return made
 
@@ -190,6 +195,7 @@ TABLE = Table(
         Column("stage_s", "device time", "s"),
         *(Column(f"{name}_s", name.replace("_", " "), "s") for name in PASSES),
         Column("pass_1_share", "share of pass 1", "1"),
+        Column("limit_share", "share of the device's limit", "1"),
         Column("triangles_per_s", "triangles in per second", "1/s"),
         *QUALITY_COLUMNS,
         *ratio_columns(BASELINES),
@@ -197,6 +203,7 @@ TABLE = Table(
         Column("time_exponent_low", "exponent, low", "1"),
         Column("time_exponent_high", "exponent, high", "1"),
         Column("first_launch_s", "first launch", "s"),
+        Column("memory_bytes", "memory", "B"),
         Column("stored_bytes", "stored", "B"),
         Column("published_ratio_to_cpu", "published times faster than a CPU", "1"),
         Column("published_pass_1_share", "published share of pass 1", "1"),
@@ -224,6 +231,10 @@ TABLE = Table(
         "fast_simplification uses the package's own aggressiveness of 7, fast_simplification_careful 3 "
         "on the model scaled to a longest side of 2, since its threshold is absolute.",
         "one_core, separate and quadric_clustering give the same mesh bit for bit.",
+        "Memory is a device subject's buffers; for a host subject its input and the rise of the process's peak during "
+        "the first frame (Linux only).",
+        "The share of the device's limit is the least time for the bytes that must move and the operations that must "
+        "be done, by the fill, copy and multiply-add rates measured in the same run, over the device time.",
         "The exponent is the slope of log time over log size of one generated surface, with its 95 % interval.",
     ),
 )

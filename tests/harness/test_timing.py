@@ -75,6 +75,13 @@ def test_ratio_of_few_samples_has_no_interval():
     assert timing.unpaired_ratio([2.0], [1.0, 1.0]).median == 2.0
 
 
+def test_peak_memory_sees_what_was_freed_again():
+    peak = timing.PeakMemory()
+    np.ones(1 << 22)  # 32 MiB, written and gone
+    growth = peak.growth_bytes()
+    assert growth is None or growth > 30 << 20
+
+
 def test_noise_names_an_uncertain_median_starvation_and_others():
     quiet = [1.0] * 10
     assert timing.noise(quiet, quiet, 0.0) == ""
