@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,11 @@ SCALES = {
     "B": ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"), (1.0, "B")),
     "1": ((0.01, "1"), (3e-5, "×10⁻³"), (0.0, "×10⁻⁶")),
 }
+MOST_ON_PAPER = 14  # columns of a landscape page
+LESS = (  # what paper can do without, in this order; the screen and the files have all of it
+    "wall_s_min", "samples", "vertices_out", "rms_error_back", "flipped_triangles", "stored_bytes",
+    "first_launch_s", "stage_s", "batches", "open_edges", "triangles_per_s", "vertices_per_s",
+)  # fmt: skip
 FACTORS = {"×10⁻³": 1e-3, "×10⁻⁶": 1e-6}
 
 
@@ -95,9 +100,20 @@ def columns(document: Document) -> list[Shown]:
             ([key + end for end in ends] for ends in RANGES if key + ends[0] in inside),
             [None, None],
         )
-        label = column["label"]
-        found.append(Shown(key, label, "" if unit == "1" else unit, scale, ends[0], ends[1], css))
-    return found
+        found.append(
+            Shown(key, column["label"], "" if unit == "1" else unit, scale, ends[0], ends[1], css)
+        )
+    return _for_paper(found, rows)
+
+
+def _for_paper(found: list[Shown], rows: Sequence[Mapping[str, Any]]) -> list[Shown]:
+    """Mark columns as `extra`, the emptiest first, until the rest fits a page."""
+    empty = {c.key: sum(row.get(c.key) is None for row in rows) / len(rows) for c in found}
+    sparse = sorted((c.key for c in found if empty[c.key] > 0.4), key=lambda key: -empty[key])
+    listed = [c.key for c in found]
+    order = [*sparse, *(key for key in LESS if key in listed and key not in sparse)]
+    extra = set(order[: max(len(found) - MOST_ON_PAPER, 0)])
+    return [replace(c, css=f"{c.css} extra".strip()) if c.key in extra else c for c in found]
 
 
 def _cell(row: Mapping[str, Any], column: Shown) -> Cell:

@@ -21,7 +21,7 @@ from lodbench.harness.record import RunRecord, read_run
 
 NAME = "report.html"
 TEMPLATE = Path(__file__).with_name(NAME)
-LEADS = ("time", "fps")  # figures that stand before their table
+LEADS = ("fps", "time")  # the first of these that was drawn stands before its table
 THEME = {  # a drawing's colours follow the page's; the first of the palette is too dark for a dark page
     INK: "var(--ink)", FAINT: "var(--faint)", PAGE: "var(--page)", WARNING: "var(--warn)",
     PALETTE[0]: "var(--first)",
@@ -33,8 +33,8 @@ IMAGES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".we
 class _Drawn:
     title: str
     caption: str
+    kind: str
     svg: Markup
-    leads: bool
 
 
 def inline(svg: str, name: str, label: str) -> Markup:
@@ -68,13 +68,14 @@ def _figures(folder: Path, run: RunRecord) -> dict[str, list[_Drawn]]:
     for figure in plots.write_figures(folder, run):
         name = f"{figure.table}-{figure.kind}"
         svg = inline(figure.svg.read_text(), name, f"{figure.title}: {figure.caption}")
-        drawn = _Drawn(figure.title, figure.caption, svg, figure.kind in LEADS)
+        drawn = _Drawn(figure.title, figure.caption, figure.kind, svg)
         found.setdefault(figure.table, []).append(drawn)
     return found
 
 
 def _table(made: Mapping[str, Any], run: RunRecord, figures: Sequence[_Drawn]) -> dict[str, Any]:
     shown = columns(made)
+    lead = next((f for kind in LEADS for f in figures if f.kind == kind), None)
     facts = Material(made, run.of_table(made["id"]), {}).facts
     return {
         "anchor": f"table-{made['id']}",
@@ -84,9 +85,12 @@ def _table(made: Mapping[str, Any], run: RunRecord, figures: Sequence[_Drawn]) -
         "notes": made.get("notes", []),
         "columns": shown,
         "rows": lines(made, facts, shown),
+        "shortened": any("extra" in column.css for column in shown),
+        "file": f"tables/{made['id']}.csv",
         "published": any(column.key.startswith("published_") for column in shown),
         "headlines": headlines(made),
-        "figures": figures,
+        "lead": lead,
+        "figures": [figure for figure in figures if figure is not lead],
     }
 
 
@@ -168,7 +172,7 @@ def _noise() -> str:
         f"the median is uncertain by more than {timing.NOISY_MEDIAN:.0%}, other processes took more than "
         f"{timing.NOISY_OTHERS:.0%} of the machine, or a quarter of the samples got less than "
         f"{timing.NOISY_CPU:.0%} of the usual CPU time."
-    )
+    ).replace("%", " %")
 
 
 def _several(things: Sized, name: str) -> str:

@@ -10,7 +10,7 @@ from lodbench.harness.charts.material import Chart, Material, looks
 __all__ = ["CHARTS", "Chart", "Material", "looks"]
 
 CHARTS: dict[str, tuple[str, Callable[[Material], Chart | None]]] = {
-    "time": ("Time against triangles", curves.time_against_triangles),
+    "time": ("Time against size", curves.time_against_triangles),
     "error": ("Error against triangles", curves.error_against_triangles),
     "error-time": ("Error against time", curves.error_against_time),
     "fps": ("Frames per second", bars.frames_per_second),

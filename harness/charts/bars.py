@@ -31,7 +31,7 @@ from lodbench.harness.charts.material import (
 from lodbench.harness.record import GroupRecord, SubjectRecord
 from lodbench.harness.timing import SAMPLES, noise
 
-LINES = 40  # what fits on a page
+LINES = 48  # what fits on a page
 
 
 @dataclass

@@ -159,8 +159,8 @@ def _draw(
 
 
 def time_against_triangles(material: Material) -> Chart | None:
-    """Median wall time against triangles, both logarithmic, with the fitted power."""
-    for x in ("triangles_in", "triangles_out"):
+    """Median wall time against triangles in, else out, else vertices; both logarithmic, with the fitted power."""
+    for x in ("triangles_in", "triangles_out", "vertices"):
         rows = material.rows("wall_s", x)
         systems = by(rows, lambda row: row["system"]).values()
         if any(len({row[x] for row in own}) > 1 for own in systems):
@@ -168,8 +168,8 @@ def time_against_triangles(material: Material) -> Chart | None:
     else:
         return None
     keys = [key for key in varying(rows, material.facts) if key not in NOT_A_PANEL]
-    if x == "triangles_out":
-        keys = []  # the facts are what makes the triangles
+    if x != "triangles_in":
+        keys = []  # the facts are what makes the size
     label = spoken(x)
     canvas, more = _draw(
         material, rows, keys, (x, label, ""), ("wall_s", "wall time", "s"), fitted=True

@@ -191,6 +191,22 @@ def test_published_columns_are_set_apart(run_folder, text):
     assert "published on a GeForce 1" in text
 
 
+def test_wide_tables_leave_out_the_emptiest_columns_on_paper(run_folder, text):
+    narrow = columns(document(run_folder, "patterns"))
+    assert not any("extra" in column.css for column in narrow)
+    made = document(run_folder, "clustering")
+    for i in range(4):
+        made["columns"].append({"key": f"rare_{i}", "label": "rare", "unit": ""})
+        for number, row in enumerate(made["rows"]):
+            row[f"rare_{i}"] = 1 if number <= i else None
+    shown = columns(made)
+    extra = {column.key for column in shown if "extra" in column.css}
+    assert len(shown) - len(extra) == 14
+    assert extra >= {f"rare_{i}" for i in range(4)} | {"wall_s_min"}
+    assert not extra & {"status", "system", "wall_s", "rms_error"}
+    assert "On paper some columns are left out: tables/clustering.csv has all of them." in text
+
+
 def test_headlines_give_the_median_ratio_of_the_tables_subject(run_folder, tmp_path):
     made = document(run_folder, "clustering")
     ratios = [r["ratio_to_fast_simplification"] for r in made["rows"]
