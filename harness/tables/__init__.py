@@ -141,17 +141,20 @@ def measured(group: GroupRecord, subject: SubjectRecord) -> Row:
     return row
 
 
-def memory_bytes(subject: SubjectRecord) -> int | None:
+def memory_bytes(group: GroupRecord, subject: SubjectRecord) -> int | None:
     """What the subject holds while it runs: a device's buffers, or a host's input and the rise of its memory peak.
 
-    None where the peak is not known; that of a call into a pool of device memory says nothing either.
+    The rise is a lower bound: memory that a package kept from an earlier call is not counted again, so subjects of
+    one system share the highest. None where it is not known; that of a call into the device's pool says nothing.
     """
     parts = ("input_bytes", "pattern_bytes", "output_bytes", "scratch_bytes")
     if subject.stages and subject.stages != ["call"]:
         return sum(subject.footprint.get(part) or 0 for part in parts)
-    if subject.peak_growth_bytes is None or subject.system == "simplify_call":
+    same = [other for other in group.subjects.values() if other.system == subject.system]
+    rises = [other.peak_growth_bytes for other in same if other.peak_growth_bytes is not None]
+    if not rises or subject.system == "simplify_call":
         return None
-    return (subject.footprint.get("input_bytes") or 0) + subject.peak_growth_bytes
+    return (subject.footprint.get("input_bytes") or 0) + max(rises)
 
 
 def limit_share(run: RunRecord, subject: SubjectRecord) -> float | None:
