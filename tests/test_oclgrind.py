@@ -37,7 +37,7 @@ pytestmark = pytest.mark.skipif(shutil.which("oclgrind") is None, reason="oclgri
 
 @cache
 def under_oclgrind(subject):
-    """(what the subject said, Oclgrind's reports)."""
+    """(what the subject said, Oclgrind's reports); each subject runs once."""
     command = [
         "oclgrind", "--data-races", "--check-api", "--max-errors", "20",
         "--global-mem-size", str(1 << 30), "--num-threads", "1", "--build-options", "-O1 -Drestrict=",
@@ -45,7 +45,7 @@ def under_oclgrind(subject):
     ]  # fmt: skip
     done = subprocess.run(
         command, capture_output=True, text=True, errors="replace", cwd=ROOT, timeout=TIMEOUT_S,
-        env=os.environ | {"LODBENCH_PRELUDE": "0", "PYOPENCL_NO_CACHE": "1"},
+        env=os.environ | {"LODBENCH_PRELUDE": "0", "PYOPENCL_NO_CACHE": "1", "LODBENCH_CACHE": os.devnull},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-4000:]
     return json.loads(done.stdout.splitlines()[-1]), reports(done.stderr)
