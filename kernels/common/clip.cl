@@ -55,5 +55,5 @@ static inline int4 clip_corner(const float4 corner)
     const float inverse = 1.0f / corner.w;
     const float x = clamp(corner.x * inverse, -GUARD, GUARD), y = clamp(corner.y * inverse, -GUARD, GUARD);
     const float z = max(corner.z * inverse, 0.0f) + 0.0f;
-    return (int4)((int)floor(x + 0.5f), (int)floor(y + 0.5f), as_int(z), 0);
+    return (int4)((int)floor(x + 0.5f), (int)floor(y + 0.5f), as_int(z), as_int(inverse));
 }

@@ -5,6 +5,7 @@
 // Reads     nothing
 // Writes    nothing
 // Needs     common/screen.cl
+// Defines   COUNT, SHARED as in canvas.cl
 
 // one triangle ready to be walked; edge k is inside where f[k] + dx[k] * row - dy[k] * column >= 0, pixels from the corner
 typedef struct {
@@ -50,8 +51,8 @@ static inline bool walk_start(
     walk->z = za;
     walk->zx = (z1 * y2 - z2 * y1) * inverse;
     walk->zy = (z2 * x1 - z1 * x2) * inverse;
-    walk->near = min(za, min(zb, zc));
-    walk->far = max(za, max(zb, zc));
+    walk->near = lesser(za, lesser(zb, zc));
+    walk->far = greater(za, greater(zb, zc));
     walk->id = id;
     return true;
 }
@@ -64,14 +65,13 @@ static inline void key_put(__global long *key, const long value)
 #elif defined(SHARED)
     atom_min(key, value);
 #else
-    if (value < *key) *key = value;
+    *key = min(*key, value); // no branch: whether a fragment is seen is beyond prediction
 #endif
 }
 
 // the part of a triangle that lies in the tile whose first pixel is (left, top)
 static inline void walk_tile(const Walk *walk, __global long *restrict keys, const int left, const int top)
 {
-    const int8 lane = (int8)(0, 1, 2, 3, 4, 5, 6, 7);
     int f[3];
     for (int k = 0; k < 3; ++k) {
         const long start = walk->f[k] + (long)walk->dx[k] * top - (long)walk->dy[k] * left;
@@ -79,33 +79,44 @@ static inline void walk_tile(const Walk *walk, __global long *restrict keys, con
         if (start + reach < 0) return;
         f[k] = (int)clamp(start, -(1L << 30), 1L << 30); // steps within a tile stay below 2^30
     }
-    const int begin = (max(walk->box.x - left, 0)) & ~7, end = min(walk->box.z - left, TILE - 1);
+    const int begin = max(walk->box.x - left, 0), end = min(walk->box.z - left, TILE - 1);
     const int last = min(walk->box.w - top, TILE - 1);
-    const int8 slope0 = lane * -walk->dy[0], slope1 = lane * -walk->dy[1], slope2 = lane * -walk->dy[2];
-    const float8 centre = convert_float8(lane * SUBPIXELS);
+    const int8 slope0 = LANE * -walk->dy[0], slope1 = LANE * -walk->dy[1], slope2 = LANE * -walk->dy[2];
+    const float8 centre = convert_float8(LANE * SUBPIXELS);
     for (int row = max(walk->box.y - top, 0); row <= last; ++row) {
         const float y = (float)((top + row) * SUBPIXELS + SUBPIXELS / 2) - walk->y;
         const float zy = walk->zy * y;
-        for (int column = begin; column <= end; column += 8) {
+        for (int from = begin; from <= end; from += 8) {
+            const int column = min(from, TILE - 8); // eight pixels of one row: the last eight may be looked at twice
             const int8 f0 = slope0 + (f[0] + walk->dx[0] * row - walk->dy[0] * column);
             const int8 f1 = slope1 + (f[1] + walk->dx[1] * row - walk->dy[1] * column);
             const int8 f2 = slope2 + (f[2] + walk->dx[2] * row - walk->dy[2] * column);
-            const int8 covered = (f0 | f1 | f2) >= 0;
-            if (!any_lane(covered)) continue;
+            int8 covered = (f0 | f1 | f2) >= 0;
+#ifdef COUNT
+            covered &= LANE >= from - column;
+#endif
+            uint bits = lane_signs(covered);
+            if (!bits) continue;
             const float x = (float)((left + column) * SUBPIXELS + SUBPIXELS / 2) - walk->x;
-            const float8 z = clamp((walk->z + walk->zx * (centre + x)) + zy, walk->near, walk->far);
+            const float8 plane = (walk->z + walk->zx * (centre + x)) + zy;
+            const float8 z = lesser(greater(plane, (float8)(walk->near)), (float8)(walk->far));
             __global long *at = keys + row * TILE + column;
 #ifdef SHARED
-            for (int k = 0; k < 8; ++k)
-                if (((const int *)&covered)[k])
-                    key_put(at + k, ((long)as_int(((const float *)&z)[k]) << 32) | walk->id);
+            int depths[8];
+            vstore8(as_int8(z), 0, depths);
+            for (; bits; bits &= bits - 1) {
+                const uint lane = 31 - clz(bits & -bits);
+                key_put(at + lane, ((long)depths[lane] << 32) | walk->id);
+            }
 #else
-            const long8 old = *(__global const long8 *)at, inside = convert_long8(covered);
+            const long8 old = vload8(0, at);
+            const int16 wide = LANES16(covered, covered, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7);
 #ifdef COUNT
-            *(__global long8 *)at = old - inside;
+            vstore8(old - as_long8(wide), 0, at);
 #else
-            const long8 key = (convert_long8(as_int8(z)) << 32) | (long)walk->id;
-            *(__global long8 *)at = (key < old) & inside ? key : old;
+            const int8 id = (int)walk->id;
+            const long8 key = as_long8(LANES16(id, as_int8(z), 0, 8, 1, 9, 2, 10, 3, 11, 4, 12, 5, 13, 6, 14, 7, 15));
+            vstore8((key < old) & as_long8(wide) ? key : old, 0, at);
 #endif
 #endif
         }

@@ -9,7 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from lodbench.kernels.system import View
 
-TABLE_SIZE = (1280, 1024)  # of the tables: the size that Boubekeur & Schlick and Concheiro measured at
+TABLE_SIZE = (
+    1280,
+    1024,
+)  # of the tables: the size that Boubekeur & Schlick and Concheiro measured at
 FOV_Y = 45.0  # degrees
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -170,3 +173,17 @@ def fit_box(
         near=max(nearest * 0.5, distance * 1e-4),
         far=max(farthest * 1.5, distance * 1e-3),
     )
+
+
+def to_screen(view: View) -> NDArray[np.float32]:
+    """World to fixed-point screen, (16,) float32: rows of x, y (sub-pixels, y down), depth 0..1 and w, times w."""
+    m = view.world_to_clip
+    rows = np.stack(
+        [
+            128.0 * view.width * (m[0] + m[3]),
+            128.0 * view.height * (m[3] - m[1]),
+            0.5 * (m[2] + m[3]),
+            m[3],
+        ]
+    )
+    return rows.astype(np.float32).ravel()

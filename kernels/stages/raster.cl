@@ -10,61 +10,8 @@
 // Writes    keys       long [map_count * tile_count * 4096]   tiles of 64 x 64
 //           flags      uint [16 + map_count * tile_count]     next block | large triangles found | from 16: tile is open
 //           large      int  [16 * large_capacity]   box in pixels, then three corners; id after the first
-// Needs     common/coverage.cl common/clip.cl
-
-typedef struct {
-    __global long *keys;
-    __global uint *open, *queue;
-    __global int *large;
-    int width, height, across; // pixels, pixels, tiles per row
-    uint large_capacity, large_pixels, cull;
-} Canvas;
-
-static inline void tile_open(const Canvas *canvas, const uint tile)
-{
-#ifndef SHARED
-    if (canvas->open[tile]) return;
-    canvas->open[tile] = 1;
-    __global long8 *keys = (__global long8 *)(canvas->keys + (size_t)tile * TILE_PIXELS);
-#ifdef COUNT
-    for (int k = 0; k < TILE_PIXELS / 8; ++k) keys[k] = 0;
-#else
-    for (int k = 0; k < TILE_PIXELS / 8; ++k) keys[k] = KEY_EMPTY;
-#endif
-#endif
-}
-
-// a triangle of any size: into this item's map, or to the tiles when it would keep one item busy for too long
-static void canvas_draw(const Canvas *canvas, const int4 a, const int4 b, const int4 c, const uint id)
-{
-    Walk walk;
-    if (!walk_start(&walk, a, b, c, id, canvas->width, canvas->height, canvas->cull)) return;
-    const int4 box = walk.box;
-    if ((uint)(box.z - box.x + 1) * (uint)(box.w - box.y + 1) > canvas->large_pixels) {
-        const uint slot = atomic_inc(&canvas->queue[1]);
-        if (slot < canvas->large_capacity) {
-            vstore16((int16)(box, a.xyz, (int)id, b, c), slot, canvas->large);
-            return;
-        }
-    }
-    for (int y = box.y / TILE; y <= box.w / TILE; ++y)
-        for (int x = box.x / TILE; x <= box.z / TILE; ++x) {
-            const uint tile = y * canvas->across + x;
-            tile_open(canvas, tile);
-            walk_tile(&walk, canvas->keys + (size_t)tile * TILE_PIXELS, x * TILE, y * TILE);
-        }
-}
-
-static void canvas_clip(const Canvas *canvas, const float3 a, const float3 b, const float3 c, const float16 m, const uint id)
-{
-    float4 corners[CLIP_CORNERS];
-    corners[0] = screen_transform(a, m);
-    corners[1] = screen_transform(b, m);
-    corners[2] = screen_transform(c, m);
-    const int count = clip_polygon(corners);
-    for (int k = 2; k < count; ++k)
-        canvas_draw(canvas, clip_corner(corners[0]), clip_corner(corners[k - 1]), clip_corner(corners[k]), id);
-}
+// Needs     common/canvas.cl
+// Defines   COUNT, SHARED as in canvas.cl
 
 // corner `c` of eight triangles, four 4 x 4 transposes at once
 #define EIGHT_CORNERS(c, x, y, z, w)                                                                                   \
@@ -79,14 +26,28 @@ static void canvas_clip(const Canvas *canvas, const float3 a, const float3 b, co
         z = LANES(pq2, rs2, 0, 1, 8, 9, 4, 5, 12, 13);                                                                 \
         w = LANES(pq2, rs2, 2, 3, 10, 11, 6, 7, 14, 15);                                                               \
     }
+#define SMALL 8
 #define RECORD(k) vload4(corners[k], screen)
 #define EIGHT_EDGES(k, ax, ay, bx, by)                                                                                 \
     const int8 dx##k = ((bx - ax) ^ flip) - flip, dy##k = ((by - ay) ^ flip) - flip;                                   \
     const int8 owned##k = (dy##k < 0) | ((dy##k == 0) & (dx##k > 0));                                                  \
     int8 row##k = (dx##k * (centre_y - ay) - dy##k * (centre_x - ax) - 1 - owned##k) >> 8;
 
-// triangles up to four pixels wide and high: one per lane, all their pixel centres in step
-static inline int8 canvas_draw_eight(
+// put the fragments of up to eight rounds into the map; bit 8 * round + lane says which there are
+static inline void canvas_put(const Canvas *canvas, ulong bits, const uint *pixels, const uint *depths, const uint t)
+{
+    while (bits) {
+        const uint slot = 63 - (uint)clz(bits);
+        bits ^= 1UL << slot;
+        const uint pixel = pixels[slot];
+        tile_open(canvas, pixel / TILE_PIXELS);
+        key_put(canvas->keys + pixel, ((long)depths[slot] << 32) | (t + (slot & 7)));
+    }
+}
+
+// triangles up to SMALL pixels wide and high: one per lane, all their pixel centres in step; returns the others, to be
+// drawn one by one
+static inline uint canvas_draw_eight(
     const Canvas *canvas, __global const int *restrict screen, const uint *corners, const uint t, const uint end)
 {
     EIGHT_CORNERS(0, x0, y0, z0, w0)
@@ -94,20 +55,22 @@ static inline int8 canvas_draw_eight(
     EIGHT_CORNERS(2, x2, y2, z2, w2)
     const int8 low_x = min(x0, min(x1, x2)), high_x = max(x0, max(x1, x2));
     const int8 low_y = min(y0, min(y1, y2)), high_y = max(y0, max(y1, y2));
-    const int8 left = max((low_x + (SUBPIXELS / 2 - 1)) >> 8, 0), right = min((high_x - SUBPIXELS / 2) >> 8, canvas->width - 1);
-    const int8 top = max((low_y + (SUBPIXELS / 2 - 1)) >> 8, 0), bottom = min((high_y - SUBPIXELS / 2) >> 8, canvas->height - 1);
-    const int8 clipped = (w0 | w1 | w2) != 0;
-    const int8 exists = (int8)(0, 1, 2, 3, 4, 5, 6, 7) < (int)min(end - t, 8u);
-    const int8 seen = exists & ((w0 & w1 & w2) == 0) & (clipped | ((left <= right) & (top <= bottom)));
-    if (!any_lane(seen)) return 0;
+    const int8 left = (low_x + (SUBPIXELS / 2 - 1)) >> 8, right = (high_x - SUBPIXELS / 2) >> 8;
+    const int8 top = (low_y + (SUBPIXELS / 2 - 1)) >> 8, bottom = (high_y - SUBPIXELS / 2) >> 8;
+    const int8 clipped = w0 | w1 | w2, gone = w0 & w1 & w2; // negative: any, all
+    const int8 missed = (left > right) | (top > bottom) | (right < 0) | (bottom < 0) | (left >= canvas->width) | (top >= canvas->height);
+    const int8 rejected = (LANE >= (int)(end - t)) | ((gone < 0) & ((gone & OUTSIDE_ANY) != 0)) | (missed & (clipped >= 0));
+    const uint seen = ~lane_signs(rejected) & 255;
+    if (!seen) return 0;
 
-    const int8 small = ((high_x - low_x) < 4 * SUBPIXELS) & ((high_y - low_y) < 4 * SUBPIXELS) & ~clipped;
+    const int8 whole = (left >= 0) & (top >= 0) & (right < canvas->width) & (bottom < canvas->height);
+    const int8 small = whole & (high_x - low_x < SMALL * SUBPIXELS) & (high_y - low_y < SMALL * SUBPIXELS) & (clipped >= 0);
     const int8 area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0);
     const int8 flip = area >> 31;
-    int8 drawn = seen & small & (area != 0);
-    if (canvas->cull) drawn &= flip;
-    const int8 others = seen & ~small;
-    if (!any_lane(drawn)) return others;
+    const uint others = seen & ~lane_signs(small);
+    uint drawn = seen & ~others & lane_signs(area != 0);
+    if (canvas->cull) drawn &= lane_signs(flip);
+    if (!drawn) return others;
 
     const int8 centre_x = left * SUBPIXELS + SUBPIXELS / 2, centre_y = top * SUBPIXELS + SUBPIXELS / 2;
     EIGHT_EDGES(0, x0, y0, x1, y1)
@@ -118,41 +81,32 @@ static inline int8 canvas_draw_eight(
     const float8 fx2 = convert_float8(x2 - x0), fy2 = convert_float8(y2 - y0), fz2 = zc - za;
     const float8 inverse = 1.0f / convert_float8(area);
     const float8 zx = (fz1 * fy2 - fz2 * fy1) * inverse, zy = (fz2 * fx1 - fz1 * fx2) * inverse;
-    const float8 near = min(za, min(zb, zc)), far = max(za, max(zb, zc));
+    const float8 near = lesser(za, lesser(zb, zc)), far = greater(za, greater(zb, zc));
 
-    const int columns = largest_lane((right - left) & drawn), rows = largest_lane((bottom - top) & drawn);
+    uint pixels[64], depths[64], round = 0;
+    ulong bits = 0;
+    const int8 extent = small & (area != 0);
+    const int columns = largest_lane((right - left) & extent), rows = largest_lane((bottom - top) & extent);
     for (int row = 0; row <= rows; ++row) {
         const int8 y = top + row;
-        const float8 depth_y = zy * convert_float8(centre_y - y0 + row * SUBPIXELS);
         const int8 line = ((y >> 6) * canvas->across << 12) + ((y & 63) << 6);
-        const int8 in_rows = drawn & (y <= bottom);
+        const float8 depth_y = zy * convert_float8(centre_y - y0 + row * SUBPIXELS);
         int8 f0 = row0, f1 = row1, f2 = row2;
         for (int column = 0; column <= columns; ++column) {
             const int8 x = left + column;
-            const int8 covered = ((f0 | f1 | f2) >= 0) & in_rows & (x <= right);
-            // one bit in eight per lane
-            ulong bits = as_ulong(convert_uchar8(covered)) & 0x0101010101010101UL;
-            if (bits) {
-                const float8 depth_x = zx * convert_float8(centre_x - x0 + column * SUBPIXELS);
-                const float8 z = clamp((za + depth_x) + depth_y, near, far);
-                uint depths[8], pixels[8];
-                vstore8(as_uint8(z), 0, depths);
-                vstore8(as_uint8(line + ((x >> 6) << 12) + (x & 63)), 0, pixels);
-                do {
-                    const uint lane = (uint)(63 - clz(bits)) >> 3;
-                    bits ^= 1UL << (8 * lane);
-                    tile_open(canvas, pixels[lane] >> 12);
-                    key_put(canvas->keys + pixels[lane], ((long)depths[lane] << 32) | (t + lane));
-                } while (bits);
+            const float8 plane = (za + zx * convert_float8(centre_x - x0 + column * SUBPIXELS)) + depth_y;
+            vstore8(as_uint8(lesser(greater(plane, near), far)), round, depths);
+            vstore8(as_uint8(line + x + (x >> 6) * (TILE_PIXELS - TILE)), round, pixels);
+            bits |= (ulong)(~lane_signs(f0 | f1 | f2) & drawn) << (8 * round);
+            if (++round == 8) {
+                canvas_put(canvas, bits, pixels, depths, t);
+                bits = 0, round = 0;
             }
-            f0 -= dy0;
-            f1 -= dy1;
-            f2 -= dy2;
+            f0 -= dy0, f1 -= dy1, f2 -= dy2;
         }
-        row0 += dx0;
-        row1 += dx1;
-        row2 += dx2;
+        row0 += dx0, row1 += dx1, row2 += dx2;
     }
+    canvas_put(canvas, bits, pixels, depths, t);
     return others;
 }
 
@@ -203,14 +157,13 @@ __kernel void stages_raster_triangles(
                     k += t + lane + 1 < end;
                 }
             }
-            const int8 others = canvas_draw_eight(&canvas, screen, corners, t, end);
-            ulong bits = as_ulong(convert_uchar8(others)) & 0x0101010101010101UL;
-            while (bits) {
-                const uint lane = (uint)(63 - clz(bits)) >> 3;
-                bits ^= 1UL << (8 * lane);
+            uint others = canvas_draw_eight(&canvas, screen, corners, t, end);
+            while (others) {
+                const uint lane = 31 - clz(others);
+                others ^= 1u << lane;
                 const uint a = corners[3 * lane], b = corners[3 * lane + 1], c = corners[3 * lane + 2];
                 const int4 u = vload4(a, screen), v = vload4(b, screen), w = vload4(c, screen);
-                if (u.w | v.w | w.w)
+                if ((u.w | v.w | w.w) < 0)
                     canvas_clip(&canvas, vload3(a, positions), vload3(b, positions), vload3(c, positions), to_screen, t + lane);
                 else
                     canvas_draw(&canvas, u, v, w, t + lane);

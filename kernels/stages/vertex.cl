@@ -4,7 +4,7 @@
 // Work      1-D, one item per 8 vertices; items past vertex_count only help to clear flags
 // Reads     positions  float[3 * vertex_count]   model units
 //           live       uint [2]                  live vertices, live triangles
-// Writes    screen     int  [4 * vertex_count, padded to 8 vertices]   x, y in 1/256 pixel | depth 0..1 as float bits | outcode
+// Writes    screen     int  [4 * vertex_count, padded to 8 vertices]   x, y in 1/256 pixel | depth 0..1 and 1 / w as float bits
 //           flags      uint [flag_count]         cleared: nothing touched, nothing queued in this frame
 // Needs     common/screen.cl
 
@@ -28,8 +28,9 @@ static inline void screen_store(const float8 px, const float8 py, const float8 p
     const int8 a = screen_round(x * inverse) & inside;
     const int8 b = screen_round(y * inverse) & inside;
     const int8 c = as_int8(z * inverse + 0.0f) & inside; // + 0: a negative zero would order before everything
+    const int8 d = inside ? as_int8(inverse) : code | OUTSIDE;
     const int8 ab = LANES(a, b, 0, 8, 1, 9, 4, 12, 5, 13), ab2 = LANES(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
-    const int8 cd = LANES(c, code, 0, 8, 1, 9, 4, 12, 5, 13), cd2 = LANES(c, code, 2, 10, 3, 11, 6, 14, 7, 15);
+    const int8 cd = LANES(c, d, 0, 8, 1, 9, 4, 12, 5, 13), cd2 = LANES(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
     const int8 r04 = LANES(ab, cd, 0, 1, 8, 9, 4, 5, 12, 13), r15 = LANES(ab, cd, 2, 3, 10, 11, 6, 7, 14, 15);
     const int8 r26 = LANES(ab2, cd2, 0, 1, 8, 9, 4, 5, 12, 13), r37 = LANES(ab2, cd2, 2, 3, 10, 11, 6, 7, 14, 15);
     vstore8((int8)(r04.lo, r15.lo), 0, screen);

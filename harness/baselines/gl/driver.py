@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.kernels.device import Unsupported
-from lodbench.kernels.stages.raster import Look, lights
+from lodbench.kernels.stages.look import Look, lights
 from lodbench.kernels.system import View
 
 SHADERS = Path(__file__).parent

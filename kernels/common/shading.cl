@@ -1,0 +1,118 @@
+// What shading a pixel needs, for eight pixels at a time: corners gathered, distances, colours, lights' sums.
+//
+// Source    Olano & Greer 1997 for corners that have no place on the screen
+// Work      functions only; contraction is on from here: shading need not round as coverage does
+// Reads     nothing
+// Writes    nothing
+// Needs     common/screen.cl common/packed.cl
+
+#pragma OPENCL FP_CONTRACT ON
+
+// the corners of eight pixels, transposed: x, y and 1 / w; `single`: all of one triangle
+static inline planes8 gather_screen(__global const int *restrict screen, const uint *r, const bool single)
+{
+    if (single) {
+        const int4 v = vload4(r[0], screen);
+        const planes8 e = {(float8)((float)v.x), (float8)((float)v.y), (float8)(as_float(v.w))};
+        return e;
+    }
+    const int8 p = (int8)(vload4(r[0], screen), vload4(r[4], screen)), q = (int8)(vload4(r[1], screen), vload4(r[5], screen));
+    const int8 s = (int8)(vload4(r[2], screen), vload4(r[6], screen)), t = (int8)(vload4(r[3], screen), vload4(r[7], screen));
+    const int8 pq = LANES(p, q, 0, 8, 1, 9, 4, 12, 5, 13), st = LANES(s, t, 0, 8, 1, 9, 4, 12, 5, 13);
+    const int8 pq2 = LANES(p, q, 2, 10, 3, 11, 6, 14, 7, 15), st2 = LANES(s, t, 2, 10, 3, 11, 6, 14, 7, 15);
+    const planes8 e = {convert_float8(LANES(pq, st, 0, 1, 8, 9, 4, 5, 12, 13)),
+                     convert_float8(LANES(pq, st, 2, 3, 10, 11, 6, 7, 14, 15)),
+                     as_float8(LANES(pq2, st2, 2, 3, 10, 11, 6, 7, 14, 15))};
+    return e;
+}
+
+// rows of three floats, transposed; a row is loaded with the first of the next, which the last row does not have
+static inline planes8 gather(__global const float *restrict rows, const uint *r, const bool single, const uint count)
+{
+    if (single) {
+        const planes8 e = {(float8)(rows[3 * (size_t)r[0]]), (float8)(rows[3 * (size_t)r[0] + 1]), (float8)(rows[3 * (size_t)r[0] + 2])};
+        return e;
+    }
+    float4 f[8];
+    if (lane_signs(vload8(0, r) + 1 >= count))
+        for (int k = 0; k < 8; ++k) f[k] = (float4)(vload3(r[k], rows), 0.0f);
+    else
+        for (int k = 0; k < 8; ++k) f[k] = vload4(0, rows + 3 * (size_t)r[k]);
+    const float8 p = (float8)(f[0], f[4]), q = (float8)(f[1], f[5]), s = (float8)(f[2], f[6]), t = (float8)(f[3], f[7]);
+    const float8 pq = LANES(p, q, 0, 8, 1, 9, 4, 12, 5, 13), st = LANES(s, t, 0, 8, 1, 9, 4, 12, 5, 13);
+    const float8 pq2 = LANES(p, q, 2, 10, 2, 10, 6, 14, 6, 14), st2 = LANES(s, t, 2, 10, 2, 10, 6, 14, 6, 14);
+    const planes8 e = {LANES(pq, st, 0, 1, 8, 9, 4, 5, 12, 13), LANES(pq, st, 2, 3, 10, 11, 6, 7, 14, 15),
+                     LANES(pq2, st2, 0, 1, 8, 9, 4, 5, 12, 13)};
+    return e;
+}
+
+static inline planes8 spread(const float3 a)
+{
+    const planes8 e = {a.x, a.y, a.z};
+    return e;
+}
+
+static inline float8 toward(const planes8 a, const float3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+static inline planes8 across(const planes8 a, const planes8 b)
+{
+    const planes8 e = {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    return e;
+}
+
+static inline planes8 difference(const planes8 a, const planes8 b)
+{
+    const planes8 e = {a.x - b.x, a.y - b.y, a.z - b.z};
+    return e;
+}
+
+// a corner that the vertex stage could not place: clip-space x and y, moved so that the pixel is the origin
+static inline planes8 seen_from(const planes8 p, const float16 m, const float8 x, const float y)
+{
+    const float8 w = m.sc * p.x + m.sd * p.y + m.se * p.z + m.sf;
+    const planes8 e = {(m.s0 * p.x + m.s1 * p.y + m.s2 * p.z + m.s3) - x * w,
+                     (m.s4 * p.x + m.s5 * p.y + m.s6 * p.z + m.s7) - y * w, w};
+    return e;
+}
+
+// pixels between the pixel's centre and the edge from a to b; `weight` is the corner opposite, before normalisation
+static inline float8 edge_distance(const planes8 a, const planes8 b, const float8 weight)
+{
+    const float8 x = a.y * b.z - b.y * a.z, y = b.x * a.z - a.x * b.z;
+    return fabs(weight) / (sqrt(x * x + y * y) * SUBPIXELS + 1e-30f);
+}
+
+static inline uint8 channel(const float8 linear)
+{
+    const float8 byte = sqrt(greater(linear, (float8)(0.0f))) * 255.0f + 0.5f;
+    return as_uint8(convert_int8(lesser(byte, (float8)(255.0f))));
+}
+
+static inline uint8 pixel_colour(const planes8 linear)
+{
+    return channel(linear.x) | (channel(linear.y) << 8) | (channel(linear.z) << 16) | 0xff000000u;
+}
+
+// a scattered colour per triangle: neighbours in number are far apart in hue
+static inline planes8 scattered_colour(const uint8 id)
+{
+    uint8 h = id * 0x9e3779b1u;
+    h = (h ^ (h >> 15)) * 0x85ebca77u;
+    h ^= h >> 13;
+    const planes8 e = {0.15f + convert_float8(convert_int8(h & 255u)) * (0.75f / 255.0f),
+                     0.15f + convert_float8(convert_int8((h >> 8) & 255u)) * (0.75f / 255.0f),
+                     0.15f + convert_float8(convert_int8((h >> 16) & 255u)) * (0.75f / 255.0f)};
+    return e;
+}
+
+static inline planes8 mapped_colour(__global const float *restrict colour_map, const float8 value)
+{
+    uint rows[8];
+    vstore8(convert_uint8(convert_int8(clamp(value, 0.0f, 1.0f) * 255.0f + 0.5f)), 0, rows);
+    float4 c[8];
+    for (int k = 0; k < 8; ++k) c[k] = vload4(rows[k], colour_map);
+    const planes8 e = {(float8)(c[0].x, c[1].x, c[2].x, c[3].x, c[4].x, c[5].x, c[6].x, c[7].x),
+                     (float8)(c[0].y, c[1].y, c[2].y, c[3].y, c[4].y, c[5].y, c[6].y, c[7].y),
+                     (float8)(c[0].z, c[1].z, c[2].z, c[3].z, c[4].z, c[5].z, c[6].z, c[7].z)};
+    return e;
+}
