@@ -35,14 +35,23 @@ def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) 
         Unsupported: no room.
     """
     setup = Timeline()
-    if isinstance(mesh, TriangleMesh) and mesh.triangle_count:
-        made = parameterisation.make(
-            mesh, params.n, params.mode, params.seed, params.turn, device, params.cache
-        )
-        setup.stage_s |= made.seconds
-        setup.from_cache["parameterise"] = made.spherical.from_cache
-        mesh = made.image
-    return QuadtreeLod(device, mesh if isinstance(mesh, GeometryImage) else None, params, setup)
+    return QuadtreeLod(device, image_of(device, mesh, params, setup), params, setup)
+
+
+def image_of(
+    device: Device, mesh: TriangleMesh | GeometryImage, params: Params, setup: Timeline
+) -> GeometryImage | None:
+    """The geometry image given, or made of a mesh; None where the mesh has no triangles. Seconds go to `setup`."""
+    if isinstance(mesh, GeometryImage):
+        return mesh
+    if not mesh.triangle_count:
+        return None
+    made = parameterisation.make(
+        mesh, params.n, params.mode, params.seed, params.turn, device, params.cache
+    )
+    setup.stage_s |= made.seconds
+    setup.from_cache["parameterise"] = made.spherical.from_cache
+    return made.image
 
 
 class QuadtreeLod:
@@ -103,7 +112,7 @@ class QuadtreeLod:
         row_runs = side * -(-side // run)
         states = self._states = device.allocate("states", tree.texels, np.uint8)
         flags = self._flags = device.allocate("flags", samples, np.uint8)
-        ranks = device.allocate("ranks", samples, np.uint32)
+        ranks = self._ranks = device.allocate("ranks", samples, np.uint32)
         node_counts, node_offsets, row_counts, row_offsets = (
             device.allocate(name, rows, np.uint32)
             for name, rows in (

@@ -61,25 +61,31 @@ def node_errors(image: GeometryImage) -> Levels:
     levels: Levels = [np.zeros((1 << n, 1 << n))]
     for depth in reversed(range(n)):
         size, count = 1 << (n - depth), 1 << depth
-        corner = samples[::size, ::size]
-        p, q, r, s = corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]
-        anti = anti_diagonal(depth)[..., None]
-        worst = np.zeros((count, count))
-        for j in range(size + 1):
-            for i in range(size + 1):
-                u, v = i / size, j / size
-                across = (
-                    p + u * (q - p) + v * (s - p)
-                    if u + v <= 1
-                    else r + (1 - u) * (s - r) + (1 - v) * (q - r)
-                )
-                along = p + u * (q - p) + v * (r - q) if u >= v else p + v * (s - p) + u * (r - s)
-                here = samples[j::size, i::size][:count, :count]
-                apart = here - np.where(anti, across, along)
-                worst = np.maximum(worst, np.sqrt((apart**2).sum(-1)))
+        columns = size * np.arange(count)[:, None] + np.arange(size + 1)
+        anti = anti_diagonal(depth)
+        own = np.empty((count, count))
+        for y in range(count):
+            nodes = samples[y * size : (y + 1) * size + 1][:, columns].transpose(1, 0, 2, 3)
+            apart = nodes - _flat(nodes, anti[y])
+            own[y] = np.sqrt(np.einsum("njik,njik->nji", apart, apart).max(axis=(1, 2)))
         below = levels[0].reshape(count, 2, count, 2).max(axis=(1, 3))
-        levels.insert(0, np.maximum(worst, below))
+        levels.insert(0, np.maximum(own, below))
     return levels
+
+
+def _flat(nodes: NDArray[np.float64], anti: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Each node's two triangles, evaluated where its samples are: (nodes, rows, columns, 3)."""
+    size = nodes.shape[1] - 1
+    v, u = np.indices((size + 1, size + 1)) / size
+    p, q = nodes[:, :1, :1], nodes[:, :1, -1:]
+    r, s = nodes[:, -1:, -1:], nodes[:, -1:, :1]
+    lower_left, lower_right = (u + v <= 1)[..., None], (u >= v)[..., None]
+    u, v = u[..., None], v[..., None]
+    across = np.where(
+        lower_left, p + u * (q - p) + v * (s - p), r + (1 - u) * (s - r) + (1 - v) * (q - r)
+    )
+    along = np.where(lower_right, p + u * (q - p) + v * (r - q), p + v * (s - p) + u * (r - s))
+    return np.where(anti[:, None, None, None], across, along)
 
 
 def fine_nodes(errors: Levels, bounds: Levels, detail: Detail) -> Levels:
@@ -126,53 +132,61 @@ def corner_flags(states: Levels) -> NDArray[np.bool_]:
     return flags[own].reshape(side, side)
 
 
-def _perimeter(flags: NDArray[np.bool_], x: int, y: int, size: int) -> list[tuple[int, int]]:
-    """A node's corners and its neighbours' corners on its edges, counter-clockwise: (row, column)."""
-    ring = [(y, x + k) for k in range(size)]
-    ring += [(y + k, x + size) for k in range(size)]
-    ring += [(y + size, x + size - k) for k in range(size)]
-    ring += [(y + size - k, x) for k in range(size)]
-    return [at for at in ring if flags[at]]
-
-
 def merge(image: GeometryImage, states: Levels) -> TriangleMesh:
-    """The drawn nodes' triangles: two where no neighbour is finer, else a fan about the centre; vertices row by row.
+    """The drawn nodes' triangles: two where no neighbour is finer, else a fan about the centre.
 
-    Source: Wang et al., section 3.2, figure 4; the perimeter is a reconstruction.
+    Vertices come row by row of the image, triangles row by row of the packed texture.
+
+    Source: Wang et al., section 3.2, figure 4; the fan over the perimeter is a reconstruction.
     """
     n = len(states) - 1
     side = (1 << n) + 1
     own = canonical(n)
     flags = corner_flags(states)
     used = flags.copy()
-    triangles = [_two_triangles(np.nonzero(states[n] == DRAWN), 1, n, own)]
-    # the packed texture is read row by row: below depth n the nodes of one row come from all levels
-    upper = []
-    for depth in range(1, n):
-        y, x = np.nonzero(states[depth] == DRAWN)
-        upper += [(int(b), depth, int(a)) for a, b in zip(x, y, strict=True)]
-    for y, depth, x in sorted(upper):
+    texels, triangles = [], []
+    for depth in range(1, n + 1):
         size = 1 << (n - depth)
-        ring = _perimeter(flags, x * size, y * size, size)
-        if len(ring) == 4:
-            triangles.append(_two_triangles((np.array([y]), np.array([x])), size, n, own))
-            continue
-        centre = (y * size + size // 2, x * size + size // 2)
-        used[centre] = True
-        around = np.array([own[at] for at in ring])
-        fan = np.stack([np.full(len(around), own[centre]), around, np.roll(around, -1)], axis=1)
-        triangles.append(fan)
+        y, x = np.nonzero(states[depth] == DRAWN)
+        rows, columns = _perimeters(y * size, x * size, size)
+        corner = flags[rows, columns]
+        plain = corner.sum(axis=1) == 4
+        top, left = (part.start for part in packed_slice(depth, n))
+        texel = ((top + y) << n) + left + x
+        texels.append(np.repeat(texel[plain], 2))
+        triangles.append(_two_triangles(y[plain], x[plain], size, n, own))
+        fans = np.flatnonzero(~plain)
+        middle = (y[fans] * size + size // 2, x[fans] * size + size // 2)
+        used[middle] = True
+        node, at = np.nonzero(corner[fans])
+        around = own[rows[fans[node], at], columns[fans[node], at]]
+        # the next corner of the same node; the last one's is the node's first
+        first = np.searchsorted(node, np.arange(len(fans)))
+        after = np.arange(1, len(node) + 1)
+        after[np.append(first, len(node))[1:] - 1] = first
+        texels.append(texel[fans[node]])
+        triangles.append(np.stack([own[middle][node], around, around[after]], axis=1))
+    order = np.argsort(np.concatenate(texels), kind="stable")
     samples = np.flatnonzero(used.ravel() & (own.ravel() == np.arange(side * side)))
-    faces = np.searchsorted(samples, np.concatenate(triangles))
+    faces = np.searchsorted(samples, np.concatenate(triangles)[order])
     return TriangleMesh(
         image.positions.reshape(-1, 3)[samples], faces, image.normals.reshape(-1, 3)[samples]
     )
 
 
+def _perimeters(
+    low: NDArray[np.integer], left: NDArray[np.integer], size: int
+) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
+    """Rows and columns of the samples around each node, counter-clockwise from its first corner: (nodes, 4 * size)."""
+    step, zero, full = np.arange(size), np.zeros(size, int), np.full(size, size)
+    down = np.concatenate([zero, step, full, size - step])
+    right = np.concatenate([step, full, size - step, zero])
+    return low[:, None] + down, left[:, None] + right
+
+
 def _two_triangles(
-    nodes: tuple[NDArray[np.integer], ...], size: int, n: int, own: NDArray[np.int64]
+    y: NDArray[np.integer], x: NDArray[np.integer], size: int, n: int, own: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    y, x = nodes
     p, q = own[y * size, x * size], own[y * size, (x + 1) * size]
     r, s = own[(y + 1) * size, (x + 1) * size], own[(y + 1) * size, x * size]
     anti = anti_diagonal(n - size.bit_length() + 1)[y, x][:, None]

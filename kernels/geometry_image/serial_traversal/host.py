@@ -1,0 +1,84 @@
+"""One work-item walks the tree of a `QuadtreeLod`, whose image, tree and output it shares."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
+from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.geometry_image.quadtree_lod import reference
+from lodbench.kernels.geometry_image.quadtree_lod.host import QuadtreeLod, image_of
+from lodbench.kernels.geometry_image.quadtree_lod.view import Detail
+from lodbench.kernels.geometry_image.serial_traversal.reference import differing
+from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.system import Check, Traffic
+
+if TYPE_CHECKING:
+    from lodbench.kernels.geometry_image.quadtree_lod import Params
+
+
+def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) -> SerialTraversal:
+    """As `quadtree_lod`'s.
+
+    Raises:
+        NotSpherical: the mesh is not one closed surface of genus 0.
+        Unsupported: no room; or a threshold for each node is asked for.
+    """
+    if params.view == "node":
+        raise Unsupported("needs one threshold for the whole model, got view='node'")
+    setup = Timeline()
+    return SerialTraversal(device, image_of(device, mesh, params, setup), params, setup)
+
+
+class SerialTraversal(QuadtreeLod):
+    """Draws what `quadtree_lod` draws, with one work-item."""
+
+    def _make_frame(self) -> None:
+        super()._make_frame()
+        device, tree = self._device, self.tree
+        self._walk = device.build("geometry_image/serial_traversal/geometry.cl").launch(
+            "serial_traversal_geometry", 1, stage="traversal", local=1,
+            errors=tree.errors, image=tree.positions, image_normals=tree.normals,
+            flags=self._flags, ranks=self._ranks, positions=self._out_positions,
+            normals=self._out_normals, triangles=self._out_triangles, counts=self._counts,
+            threshold=0.0, n=tree.n,
+        )  # fmt: skip
+
+    def _draw(self, detail: Detail, timeline: Timeline) -> None:
+        self.last = detail
+        self._device.fill(timeline, "traversal", self._flags, 0)
+        self._walk.set(threshold=detail.threshold)
+        self._walk(timeline)
+
+    def _first_frames(self) -> None:
+        self._draw(Detail(), Timeline())
+        self._device.wait()
+
+    def check(self) -> Check:
+        """Triangles that the reference lacks, or has beyond these."""
+        what = "triangles that differ from the reference"
+        mesh = self.result()[0]
+        if self.image is None:
+            return Check(mesh.triangle_count == 0, what, float(mesh.triangle_count), 0.0)
+        assert self.last is not None
+        fine = reference.fine_nodes(self.tree.read_errors(), [], self.last)
+        expected = reference.merge(self.image, reference.node_states(fine))
+        wrong = differing(mesh, expected)
+        return Check(wrong == 0, what, float(wrong), 0.0)
+
+    def counters(self) -> Mapping[str, int | float]:
+        """What the last frame drew."""
+        vertices, triangles = self._live()
+        return {"vertices": vertices, "triangles": triangles}
+
+    def traffic(self) -> Mapping[str, Traffic]:
+        """Errors of the nodes visited, flags cleared, vertices and triangles written."""
+        if self.image is None:
+            return {}
+        vertices, triangles = self._live()
+        visited = 4 * np.dtype(np.float32).itemsize * triangles // 3
+        size = self.tree.side**2 + 2 * visited + 52 * vertices + 12 * triangles
+        return {"traversal": Traffic(size)}
