@@ -25,6 +25,7 @@ $(READY): pyproject.toml constraints.txt
 
 report: $(READY)
 	$(BIN)/lodbench reproduce --quick
+	@cp "$$(ls -t results/*/*/report.html | head -n 1)" report.html && echo "report: report.html"
 
 test: $(READY)
 	$(BIN)/python -m pytest
