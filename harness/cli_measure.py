@@ -186,7 +186,7 @@ def sweep_command(
     """Measure systems x datasets x parameters from a file; every sample is kept.
 
     Example: lodbench sweep grids.toml --samples 20, where grids.toml says
-    systems = ["quadric_clustering"], datasets = ["torus_20k"], [params], cells = [32, 64]
+    systems = ["quadric_clustering"], datasets = ["torus_20k"], params = { cells = [32, 64] }
     """
     from lodbench.harness import sweep
 
