@@ -1,4 +1,4 @@
-"""Commands that work on one's own meshes, and on datasets: simplify, refine, datasets."""
+"""Commands that work on one's own meshes, and on datasets: simplify, refine, render, datasets."""
 
 from __future__ import annotations
 
@@ -139,6 +139,61 @@ def refine(
     started = time.perf_counter()
     result = refine_mesh(opened, mesh, segments=segments, method=method, weld=weld, **extra)
     _finish(result, mesh, out, started, json_output, quiet)
+
+
+def _numbers(option: str, text: str, separator: str, kind: type) -> tuple[Any, Any]:
+    """Two numbers of one word, such as 1280x1024 or 30,20."""
+    try:
+        first, second = text.lower().split(separator)
+        return kind(first), kind(second)
+    except ValueError:
+        raise ValueError(f"{option}: expected A{separator}B, got {text!r}") from None
+
+
+@app.command()
+def render(
+    source: InArgument,
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="Where the picture goes: PNG.")],
+    size: Annotated[str, typer.Option("--size", help="Pixels: WIDTHxHEIGHT.")] = "1280x1024",
+    camera: Annotated[
+        str, typer.Option("--camera", help="AZIMUTH,ELEVATION of the eye, degrees.")
+    ] = "30,20",
+    colour: Annotated[
+        str, typer.Option("--colour", help="smooth, flat, wireframe or triangle.")
+    ] = "smooth",
+    wireframe: Annotated[bool, typer.Option("--wireframe", help="Draw the edges too.")] = False,
+    cull: Annotated[bool, typer.Option("--cull", help="Leave out faces that turn away.")] = False,
+    up: Annotated[str, typer.Option("--up", help="The axis that points upwards.")] = "y",
+    device: DeviceOption = None,
+    json_output: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """A picture of a mesh.
+
+    Example: lodbench render scan.ply scan.png --camera 120,10 --wireframe
+    """
+    from lodbench.kernels import Device
+    from lodbench.kernels.image import write_png
+    from lodbench.kernels.render import render as draw
+
+    pixels = _numbers("size", size, "x", int)
+    angles = _numbers("camera", camera, ",", float)
+    if out.suffix.lower() != ".png":
+        raise ValueError(f"OUT: expected a name that ends in .png, got {out}")
+    mesh = _input(source)
+    opened = Device.open(device)
+    started = time.perf_counter()
+    image = draw(
+        mesh, camera=angles, size=pixels, colour=colour, wireframe=wireframe, cull=cull, up=up,
+        device=opened,
+    )  # fmt: skip
+    write_png(out, image)
+    facts = {"out": out, "triangles_in": mesh.triangle_count, "width": pixels[0],
+             "height": pixels[1], "wall_s": time.perf_counter() - started}  # fmt: skip
+    if json_output:
+        say_json(facts)
+    elif not quiet:
+        say(f"{out}: {mesh.triangle_count:,} triangles, {size} pixels, {facts['wall_s']:.2f} s")
 
 
 datasets = typer.Typer(help="Surfaces to measure on: list, fetch, make.", no_args_is_help=True)

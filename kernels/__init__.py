@@ -2,8 +2,9 @@
 
 from lodbench.kernels.api import Result, refine, refine_mesh, simplify, simplify_mesh
 from lodbench.kernels.device import Device, DeviceError, Unsupported
+from lodbench.kernels.render import render
 
 __all__ = [
     "Device", "DeviceError", "Result", "Unsupported",
-    "simplify", "simplify_mesh", "refine", "refine_mesh",
+    "simplify", "simplify_mesh", "refine", "refine_mesh", "render",
 ]  # fmt: skip

@@ -76,7 +76,8 @@ def _default_device(name: str | None) -> Device:
     return Device.open(name)
 
 
-def _device(device: Device | str | None) -> Device:
+def open_device(device: Device | str | None) -> Device:
+    """`device` itself, or the one of that name, or the default: opened once and kept open."""
     return device if isinstance(device, Device) else _default_device(device)
 
 
@@ -156,7 +157,7 @@ def simplify_mesh(
     if (wanted is None) == (cells is None):
         got = "none" if cells is None else "more"
         raise ValueError(f"expected one of target_reduction, target_count and cells, got {got}")
-    return chosen(_device(device), surface, target_count=wanted, cells=cells, **options)
+    return chosen(open_device(device), surface, target_count=wanted, cells=cells, **options)
 
 
 def simplify(
@@ -214,7 +215,7 @@ def refine_mesh(
         Unsupported: the device cannot hold the result.
     """
     chosen = _method("refine", method)
-    return chosen(_device(device), as_mesh(mesh), segments=segments, weld=weld, **options)
+    return chosen(open_device(device), as_mesh(mesh), segments=segments, weld=weld, **options)
 
 
 def refine(

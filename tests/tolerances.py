@@ -28,3 +28,7 @@ or less pulls it by that share of its way to the mean."""
 
 TURN = 2 * EPSILON32
 """A sine or cosine near 1: the last rounding of a sum that is 1 at most, and that of the polynomial's argument."""
+
+SHADE_LEVELS = 1.0
+"""A shaded pixel against the formula in float64, in levels of 0..255: half a level of rounding, and what a corner moved
+by half of 1/256 pixel changes in the weights."""

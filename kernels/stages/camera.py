@@ -25,6 +25,15 @@ def _size(size: tuple[int, int]) -> tuple[int, int]:
     return width, height
 
 
+def _basis(back: NDArray[np.float64], up: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows right, up and back of a camera that looks along -back; another up where it lies along the view."""
+    right = np.cross(up, back)
+    if np.linalg.norm(right) < 1e-9 * max(float(np.linalg.norm(up)), 1e-300):
+        right = np.cross(_AXES["z"] if abs(back[2]) < 0.9 else _AXES["x"], back)
+    right = right / np.linalg.norm(right)
+    return np.stack([right, np.cross(back, right), back])
+
+
 def look_at(
     eye: ArrayLike,
     target: ArrayLike,
@@ -60,12 +69,7 @@ def look_at(
     far = distance * 1e2 if far is None else float(far)
     if not 0 < near < far:
         raise ValueError(f"near, far: expected 0 < near < far, got {near}, {far}")
-    back = back / distance
-    right = np.cross(up, back)
-    if np.linalg.norm(right) < 1e-9 * max(float(np.linalg.norm(up)), 1e-300):
-        right = np.cross(_AXES["z"] if abs(back[2]) < 0.9 else _AXES["x"], back)
-    right = right / np.linalg.norm(right)
-    basis = np.stack([right, np.cross(back, right), back])
+    basis = _basis(back / distance, up)
     camera = np.eye(4)
     camera[:3, :3] = basis
     camera[:3, 3] = -basis @ eye
@@ -114,6 +118,63 @@ def turntable(
         yield orbit(target, distance, 360.0 * step / n, elevation, fov, size)
 
 
+def fit_points(
+    points: ArrayLike,
+    direction: ArrayLike = (0.5, 0.35, 0.8),
+    size: tuple[int, int] = TABLE_SIZE,
+    fov_y: float = FOV_Y,
+    margin: float = 1.06,
+    up: ArrayLike = _AXES["y"],
+) -> View:
+    """The nearest view along `direction` that has all points in the image, in its middle.
+
+    Args:
+        points: (n, 3) model units, n at least 1.
+        direction: (3,) from the points towards the eye.
+        size: width and height, pixels.
+        fov_y: whole vertical angle, degrees.
+        margin: 1 touches the border; 1.06 leaves 6 % of the half size free.
+        up: (3,) what points upwards in the image.
+
+    Raises:
+        ValueError: a value out of its range.
+    """
+    points = np.asarray(points, np.float64)
+    if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.isfinite(points).all():
+        raise ValueError(f"points: expected finite (n, 3), n at least 1, got shape {points.shape}")
+    direction = np.asarray(direction, np.float64)
+    length = float(np.linalg.norm(direction))
+    if not (np.isfinite(length) and length > 0):
+        raise ValueError(f"direction: expected a finite vector that is not zero, got {direction}")
+    low, high = points.min(0), points.max(0)
+    centre = (low + high) / 2
+    radius = float(np.linalg.norm(high - low)) / 2 or max(float(np.abs(centre).max()), 1.0) * 1e-3
+    width, height = _size(size)
+    right, upright, back = _basis(direction / length, np.asarray(up, np.float64))
+    u, v, toward = ((points - centre) @ axis for axis in (right, upright, back))
+    # a point is left of the right border where u + s toward <= eye_u + s distance, s the slope of that border
+    slope_y = float(np.tan(np.radians(fov_y) / 2)) / margin
+    slope_x = slope_y * width / height
+    ends = [
+        (float((p + s * toward).max()), float((-p + s * toward).max()), s)
+        for p, s in ((u, slope_x), (v, slope_y))
+    ]
+    distance = max(max((a + b) / (2 * s) for a, b, s in ends), float(toward.max()) + 1e-3 * radius)
+    middle = (
+        centre + right * (ends[0][0] - ends[0][1]) / 2 + upright * (ends[1][0] - ends[1][1]) / 2
+    )
+    nearest, farthest = distance - float(toward.max()), distance - float(toward.min())
+    return look_at(
+        middle + back * distance,
+        middle,
+        up,
+        fov_y,
+        size,
+        near=max(nearest * 0.5, distance * 1e-4),
+        far=max(farthest * 1.5, distance * 1e-3),
+    )
+
+
 def fit_box(
     low: ArrayLike,
     high: ArrayLike,
@@ -123,56 +184,16 @@ def fit_box(
     margin: float = 1.06,
     up: ArrayLike = _AXES["y"],
 ) -> View:
-    """The nearest view along `direction` that has all eight corners of a box in the image.
-
-    Args:
-        low: (3,) lower corner, model units.
-        high: (3,) upper corner.
-        direction: (3,) from the box towards the eye.
-        size: width and height, pixels.
-        fov_y: whole vertical angle, degrees.
-        margin: 1 touches the border; 1.06 leaves 6 % of the half size free.
-        up: (3,) what points upwards in the image.
+    """The nearest view along `direction` that has all eight corners of a box in the image: see `fit_points`.
 
     Raises:
         ValueError: a value out of its range.
     """
     low, high = np.asarray(low, np.float64), np.asarray(high, np.float64)
-    if not (np.isfinite(low).all() and np.isfinite(high).all() and (low <= high).all()):
-        raise ValueError(f"low, high: expected a finite box, got {low} to {high}")
-    direction = np.asarray(direction, np.float64)
-    length = float(np.linalg.norm(direction))
-    if not length > 0:
-        raise ValueError("direction: expected a vector that is not zero, got zeros")
-    centre = (low + high) / 2
-    radius = float(np.linalg.norm(high - low)) / 2
-    if radius <= 0:
-        radius = max(float(np.abs(centre).max()), 1.0) * 1e-3
-    width, height = _size(size)
-    # eye-space corners seen from far away have the directions that count; then move in until one touches
-    start = look_at(centre + direction / length * radius * 10, centre, up, fov_y, size)
-    rows = start.world_to_clip
-    back = -rows[3, :3]
-    tangent = np.tan(np.radians(fov_y) / 2)
-    axis_x = rows[0, :3] * tangent * width / height
-    axis_y = rows[1, :3] * tangent
-    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T - centre
-    along = corners @ back
-    needed = np.maximum(
-        np.abs(corners @ axis_x) * margin / (tangent * width / height),
-        np.abs(corners @ axis_y) * margin / tangent,
-    )
-    distance = max(float((along + needed).max()), radius * 0.1)
-    nearest, farthest = distance - float(along.max()), distance - float(along.min())
-    return look_at(
-        centre + direction / length * distance,
-        centre,
-        up,
-        fov_y,
-        size,
-        near=max(nearest * 0.5, distance * 1e-4),
-        far=max(farthest * 1.5, distance * 1e-3),
-    )
+    if low.shape != (3,) or high.shape != (3,) or not (low <= high).all():
+        raise ValueError(f"low, high: expected two corners of a box, got {low} and {high}")
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    return fit_points(corners, direction, size, fov_y, margin, up)
 
 
 def to_screen(view: View) -> NDArray[np.float32]:

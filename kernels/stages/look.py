@@ -38,8 +38,8 @@ class Look:
     values_of: str = "vertices"
     colour_map: NDArray[np.float32] | None = None
     cull: bool = False
-    surface: Colour = (0.60, 0.57, 0.53)
-    background: tuple[Colour, Colour] = ((0.88, 0.89, 0.91), (0.52, 0.54, 0.57))
+    surface: Colour = (0.56, 0.52, 0.47)
+    background: tuple[Colour, Colour] = ((0.93, 0.94, 0.95), (0.66, 0.68, 0.71))
 
 
 def lights(view: View) -> dict[str, Light]:
@@ -52,10 +52,10 @@ def lights(view: View) -> dict[str, Light]:
         x, y, z = (float(d) for d in direction / np.linalg.norm(direction))
         return x, y, z, strength
 
-    key = -0.45 * right + 0.55 * up + 0.70 * back
+    key = -0.60 * right + 0.62 * up + 0.50 * back
     return {
-        "key_light": aim(key, 0.95),
-        "fill_light": aim(0.80 * right + 0.10 * up + 0.55 * back, 0.22),
-        "sky_light": aim(up + 0.15 * back, 0.30),
-        "highlight": aim(key / np.linalg.norm(key) + back, 0.10),
+        "key_light": aim(key, 1.0),
+        "fill_light": aim(0.80 * right + 0.10 * up + 0.55 * back, 0.20),
+        "sky_light": aim(up + 0.15 * back, 0.16),
+        "highlight": aim(key / np.linalg.norm(key) + back, 0.07),
     }

@@ -10,6 +10,7 @@ Source: Pineda 1988, "A parallel algorithm for polygon rasterization"; Sutherlan
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +75,7 @@ def fragments(
         return
     ring = (a, b, c, a) if area > 0 else (a, c, b, a)
     edges = []
-    for p, q in zip(ring, ring[1:], strict=False):
+    for p, q in pairwise(ring):
         dx, dy = q[0] - p[0], q[1] - p[1]
         owned = dy < 0 or (dy == 0 and dx > 0)
         edges.append((p[0], p[1], dx, dy, 0 if owned else 1))

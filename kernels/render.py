@@ -1,0 +1,191 @@
+"""render: a picture of a mesh in one call."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.api import as_mesh, open_device
+from lodbench.kernels.device import Device
+from lodbench.kernels.stages.camera import TABLE_SIZE, fit_points
+from lodbench.kernels.stages.look import Look
+from lodbench.kernels.stages.raster import Raster
+from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.system import DeviceSurface, Frame, View
+
+COLOURS = ("smooth", "flat", "wireframe", "triangle")
+CAMERA = (30.0, 20.0)  # degrees: a little from the right, a little from above
+UP = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def upload_surface(device: Device, mesh: TriangleMesh, normals: bool = True) -> DeviceSurface:
+    """A mesh as a surface on the device; normals are made where it has none and they are asked for."""
+    if normals:
+        mesh = mesh.with_normals()
+    return DeviceSurface(
+        device.upload("positions", mesh.positions),
+        device.upload("normals", mesh.normals) if mesh.normals is not None and normals else None,
+        device.upload("triangles", mesh.triangles),
+        mesh.vertex_count,
+        mesh.triangle_count,
+    )
+
+
+def mesh_view(
+    mesh: TriangleMesh,
+    camera: tuple[float, float] = CAMERA,
+    size: tuple[int, int] = TABLE_SIZE,
+    up: str = "y",
+) -> View:
+    """The nearest view that shows the whole mesh.
+
+    Args:
+        mesh: what to look at.
+        camera: azimuth and elevation of the eye, degrees; (0, 0) looks at the front, (90, 0) at the right side.
+        size: width and height, pixels.
+        up: "x", "y" or "z", the axis that points upwards.
+
+    Raises:
+        ValueError: an unknown axis, a size out of range, or angles that are no numbers.
+    """
+    if up not in UP:
+        raise ValueError(f"up: expected one of x, y, z, got {up!r}")
+    around, above = np.radians(np.asarray(camera, np.float64))
+    if not np.isfinite((around, above)).all():
+        raise ValueError(f"camera: expected two angles in degrees, got {camera}")
+    right = np.array((0.0, -1.0, 0.0) if up == "x" else UP["x"])
+    front = np.cross(right, UP[up])
+    level = right * np.sin(around) + front * np.cos(around)
+    direction = level * np.cos(above) + np.array(UP[up]) * np.sin(above)
+    points = mesh.positions if mesh.vertex_count else np.zeros((1, 3))
+    return fit_points(points, direction, size, up=UP[up])
+
+
+def colour_table(name_or_colours: str | ArrayLike) -> NDArray[np.float32]:
+    """(256, 3) float32 linear colours, of a matplotlib colour map or of an (n, 3) table of 0..1 screen colours.
+
+    Raises:
+        ValueError: no such map, or another shape.
+    """
+    if isinstance(name_or_colours, str):
+        from matplotlib import colormaps
+
+        if name_or_colours not in colormaps:
+            raise ValueError(
+                f"colour_map: expected a matplotlib colour map, got {name_or_colours!r}"
+            )
+        table = colormaps[name_or_colours](np.linspace(0, 1, 256))[:, :3]
+    else:
+        given = np.asarray(name_or_colours, np.float64)
+        if given.ndim != 2 or given.shape[1] != 3 or not len(given) or not np.isfinite(given).all():
+            raise ValueError(f"colour_map: expected (n, 3) colours, got shape {given.shape}")
+        at = np.linspace(0, len(given) - 1, 256)
+        table = np.stack([np.interp(at, np.arange(len(given)), c) for c in given.T], axis=1)
+    return (np.clip(table, 0, 1) ** 2).astype(np.float32)  # the fragment stage ends with a root
+
+
+def _look(
+    mesh: TriangleMesh,
+    colour: str | ArrayLike,
+    wireframe: bool,
+    cull: bool,
+    colour_map: str | ArrayLike,
+    colour_range: tuple[float, float] | None,
+) -> Look:
+    if isinstance(colour, str):
+        if colour not in COLOURS:
+            raise ValueError(
+                f"colour: expected one of {', '.join(COLOURS)}, or values, got {colour!r}"
+            )
+        return Look(
+            smooth=colour == "smooth",
+            wireframe=wireframe or colour == "wireframe",
+            by_triangle=colour == "triangle",
+            cull=cull,
+        )
+    values = np.asarray(colour, np.float64)
+    counts = {"vertices": mesh.vertex_count, "triangles": mesh.triangle_count}
+    owner = next((name for name, n in counts.items() if values.shape == (n,)), None)
+    if owner is None:
+        raise ValueError(
+            f"colour: expected ({mesh.vertex_count},) values of points or ({mesh.triangle_count},) "
+            f"of faces, got shape {values.shape}"
+        )
+    if not np.isfinite(values).all():
+        raise ValueError("colour: expected finite values, got NaN or infinity")
+    low, high = colour_range or ((values.min(), values.max()) if values.size else (0.0, 1.0))
+    unit = (values - low) / (high - low) if high > low else np.zeros_like(values)
+    return Look(
+        wireframe=wireframe,
+        values=np.clip(unit, 0, 1).astype(np.float32),
+        values_of=owner,
+        colour_map=colour_table(colour_map),
+        cull=cull,
+    )
+
+
+def render(
+    points: Any,
+    faces: Any = None,
+    camera: View | tuple[float, float] | None = None,
+    size: tuple[int, int] = TABLE_SIZE,
+    colour: str | ArrayLike = "smooth",
+    *,
+    wireframe: bool = False,
+    cull: bool = False,
+    samples: int = 2,
+    up: str = "y",
+    colour_map: str | ArrayLike = "viridis",
+    colour_range: tuple[float, float] | None = None,
+    device: Device | str | None = None,
+) -> NDArray[np.uint8]:
+    """A picture of a mesh, (height, width, 3) uint8.
+
+    Args:
+        points: (n, 3) floats, or a mesh alone: see `as_mesh`.
+        faces: (m, 3) integers.
+        camera: a `View` (its size is the picture's), or azimuth and elevation in degrees; None: (30, 20).
+        size: width and height, pixels, 1 to 16384 each.
+        colour: "smooth", "flat", "wireframe" (flat, with edges), "triangle" (a colour for each), or values, (n,) per
+            point or (m,) per face, shown through the colour map.
+        wireframe: draw the edges over whatever colour.
+        cull: leave out faces that turn away.
+        samples: per pixel and axis: 2 draws at twice the size and takes the mean of four pixels.
+        up: "x", "y" or "z", the axis that points upwards where the camera is not a `View`.
+        colour_map: of matplotlib, or (n, 3) colours 0..1.
+        colour_range: the values at its ends; None: the least and the largest.
+        device: an open device, a name for `Device.open`, or None for the default.
+
+    Raises:
+        TypeError, ValueError: an argument is wrong.
+        Unsupported: the device cannot hold the mesh or the image.
+    """
+    mesh = as_mesh(points, faces)
+    view = camera if isinstance(camera, View) else mesh_view(mesh, camera or CAMERA, size, up)
+    look = _look(mesh, colour, wireframe, cull, colour_map, colour_range)
+    if samples < 1:
+        raise ValueError(f"samples: expected at least 1 per axis, got {samples}")
+    drawn = replace(view, width=view.width * samples, height=view.height * samples)
+    look = replace(look, line_width=look.line_width * samples)
+    opened = open_device(device)
+    surface = upload_surface(opened, mesh, normals=look.smooth)
+    raster = Raster(opened, surface, drawn.width, drawn.height, look)
+    raster(surface, Frame(drawn), Timeline())
+    return _mean(raster.image(), samples)
+
+
+def _mean(image: NDArray[np.uint8], samples: int) -> NDArray[np.uint8]:
+    """Each block of samples x samples pixels as one, averaged as light: the image holds roots."""
+    if samples == 1:
+        return image
+    height, width = image.shape[0] // samples, image.shape[1] // samples
+    rows = image.reshape(height, samples, width, samples, 3)
+    total = np.zeros((height, width, 3), np.uint32)
+    for y in range(samples):
+        for x in range(samples):
+            total += rows[:, y, :, x].astype(np.uint32) ** 2
+    return (np.sqrt(total / samples**2) + 0.5).astype(np.uint8)
