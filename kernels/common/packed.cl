@@ -27,32 +27,73 @@ typedef struct {
 #define PACKED_PICK(a, b, ...) shuffle2(a, b, (uint8)(__VA_ARGS__))
 #endif
 
-// `packed` is a multiple of 32 bytes: eight vectors are three whole float8
-static inline void packed_store8(const planes8 a, __global float *packed)
+typedef struct {
+    float8 first, second, third;
+} packed8;
+
+static inline packed8 packed_rows(const planes8 a)
 {
     const float8 xy = PACKED_PICK(a.x, a.y, 0, 2, 8, 10, 4, 6, 12, 14);
     const float8 yz = PACKED_PICK(a.y, a.z, 1, 3, 9, 11, 5, 7, 13, 15);
     const float8 zx = PACKED_PICK(a.z, a.x, 0, 2, 9, 11, 4, 6, 13, 15);
-    const float8 first = PACKED_PICK(xy, zx, 0, 2, 8, 10, 4, 6, 12, 14);
-    const float8 second = PACKED_PICK(yz, xy, 0, 2, 9, 11, 4, 6, 13, 15);
-    const float8 third = PACKED_PICK(zx, yz, 1, 3, 9, 11, 5, 7, 13, 15);
-    PACKED_STORE(PACKED_PICK(first, second, 0, 1, 2, 3, 8, 9, 10, 11), packed);
-    PACKED_STORE(PACKED_PICK(third, first, 0, 1, 2, 3, 12, 13, 14, 15), packed + 8);
-    PACKED_STORE(PACKED_PICK(second, third, 4, 5, 6, 7, 12, 13, 14, 15), packed + 16);
+    const float8 r03 = PACKED_PICK(xy, zx, 0, 2, 8, 10, 4, 6, 12, 14);
+    const float8 r14 = PACKED_PICK(yz, xy, 0, 2, 9, 11, 4, 6, 13, 15);
+    const float8 r25 = PACKED_PICK(zx, yz, 1, 3, 9, 11, 5, 7, 13, 15);
+    packed8 rows;
+    rows.first = PACKED_PICK(r03, r14, 0, 1, 2, 3, 8, 9, 10, 11);
+    rows.second = PACKED_PICK(r25, r03, 0, 1, 2, 3, 12, 13, 14, 15);
+    rows.third = PACKED_PICK(r14, r25, 4, 5, 6, 7, 12, 13, 14, 15);
+    return rows;
 }
 
-// the first `count` of eight, at any address
-static inline void packed_store_some(const planes8 a, const uint count, __global float *packed)
+// whole vectors of memory, `packed` a multiple of 32 bytes
+static inline void packed_store8(const planes8 a, __global float *packed)
 {
-    float x[8], y[8], z[8];
-    vstore8(a.x, 0, x);
-    vstore8(a.y, 0, y);
-    vstore8(a.z, 0, z);
-    for (uint i = 0; i < count; ++i) {
-        packed[3 * i] = x[i];
-        packed[3 * i + 1] = y[i];
-        packed[3 * i + 2] = z[i];
+    const packed8 rows = packed_rows(a);
+    PACKED_STORE(rows.first, packed);
+    PACKED_STORE(rows.second, packed + 8);
+    PACKED_STORE(rows.third, packed + 16);
+}
+
+// Points and normals that are to be one vector of memory but come in parts, as where one primitive ends and the next
+// begins: only whole vectors go past the caches, since a line that is written both ways costs a fetch.
+typedef struct {
+    float positions[48], normals[48]; // twice a vector: parts are stored as if they were whole
+    uint first, end;                  // lanes that are the work-item's own
+} packed_stage;
+
+// lanes first .. end - 1 go to their places after `vector`, the vertex of lane 0
+static inline void packed_stage_flush(
+    packed_stage *stage, const ulong vector, __global float *positions, __global float *normals)
+{
+    positions += 3 * vector;
+    normals += 3 * vector;
+    if (stage->first == 0 && stage->end == 8) {
+        for (uint i = 0; i < 3; ++i) PACKED_STORE(vload8(i, stage->positions), positions + 8 * i);
+        for (uint i = 0; i < 3; ++i) PACKED_STORE(vload8(i, stage->normals), normals + 8 * i);
+    } else {
+        for (uint f = 3 * stage->first; f < 3 * stage->end; ++f) {
+            positions[f] = stage->positions[f];
+            normals[f] = stage->normals[f];
+        }
     }
+    stage->first = stage->end = 0;
+}
+
+// the first `count` of p and n are vertices v, v + 1 .. of the same vector; written when that is full
+static inline void packed_stage_put(packed_stage *stage, const planes8 p, const planes8 n, const uint count,
+    const ulong v, __global float *positions, __global float *normals)
+{
+    const uint lane = (uint)v & 7;
+    const packed8 rows_p = packed_rows(p), rows_n = packed_rows(n);
+    vstore8(rows_p.first, 0, stage->positions + 3 * lane);
+    vstore8(rows_p.second, 1, stage->positions + 3 * lane);
+    vstore8(rows_p.third, 2, stage->positions + 3 * lane);
+    vstore8(rows_n.first, 0, stage->normals + 3 * lane);
+    vstore8(rows_n.second, 1, stage->normals + 3 * lane);
+    vstore8(rows_n.third, 2, stage->normals + 3 * lane);
+    stage->end = lane + count;
+    if (stage->end == 8) packed_stage_flush(stage, v - lane, positions, normals);
 }
 
 // origin + u a + v b, lane by lane

@@ -17,6 +17,7 @@ from lodbench.kernels.refine.lattice import (
     refined_mesh,
     welded_mesh,
 )
+from lodbench.kernels.refine.launching import LINE, VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.pattern.attributes import canonical, corner_attributes
 from lodbench.kernels.refine.pattern.reference import Wave, largest_error
 from lodbench.kernels.stages.timeline import Timeline
@@ -26,18 +27,8 @@ if TYPE_CHECKING:
     from lodbench.kernels.program import Launch, Program
     from lodbench.kernels.refine.pattern import Params
 
-VERTEX_BYTES = 24  # a point and a normal, packed
-LINE = 8  # vertices in a whole vector
-CHUNK = {"cpu": 64}  # vertices of one work-item: rows of vectors on a CPU, one vector elsewhere
-STREAM_BYTES = 16 << 20  # a larger output leaves no cache warm: its stores go past them
 TOLERANCE = 2e-6  # a dozen float32 roundings, relative to the largest operand
 CHECKED = 64  # coarse triangles that a check looks at
-
-
-def kernel_defines(device: Device, output_bytes: int) -> dict[str, int]:
-    """The constants that a refining kernel is built with on this device."""
-    streaming = device.facts.kind == "cpu" and output_bytes > STREAM_BYTES
-    return {"CHUNK": CHUNK.get(device.facts.kind, LINE), "STREAMING": int(streaming)}
 
 
 @dataclass
@@ -153,6 +144,7 @@ class Pattern:
             "pattern_vertex_batched",
             -(-vertex_count // self._chunk),
             stage="vertex",
+            local=group_size(self._device),
             corners=self._attributes,
             first_triangle=batch.first,
             vertex_count=vertex_count,
@@ -167,6 +159,7 @@ class Pattern:
             "pattern_vertex_single",
             (first + level.vertices - 1) // self._chunk - first // self._chunk + 1,
             stage="vertex",
+            local=group_size(self._device),
             first_vertex=first,
             **{f"p{k}": (*points[k], corners[18]) for k in range(3)},
             **{f"n{k}": (*normals[k], 0) for k in range(3)},

@@ -100,7 +100,7 @@ static inline void pattern_inside(
     }
 }
 
-// output vertices v .. stop - 1 of one triangle, of which v is the pattern's vertex k
+// `count` output vertices from v on, of one triangle; v is the pattern's vertex k
 static inline void pattern_vertices_of(
     __global const float *restrict pattern,
     __global float *restrict positions,
@@ -109,31 +109,26 @@ static inline void pattern_vertices_of(
     const float4 wave,
     const uint pattern_stride,
     const uint last_row,
-    uint k,
-    ulong v,
-    const ulong stop)
+    const uint k,
+    const ulong v,
+    const uint count,
+    packed_stage *stage)
 {
-    while (v < stop) {
-        const uint in_vector = (uint)(v & 7), left = (uint)(stop - v);
-        const uint inside = k < last_row ? min(left, last_row - k) & ~7u : 0;
-        if (in_vector == 0 && inside) {
-            pattern_inside(pattern + k, positions + 3 * v, normals + 3 * v, c, wave, pattern_stride, inside);
-            v += inside;
-            k += inside;
-            continue;
-        }
+    const uint to_vector = min(count, -(uint)v & 7u);
+    const uint before = min(count, last_row - min(k, last_row));
+    const uint inside = before > to_vector ? (before - to_vector) & ~7u : 0;
+    if (inside) {
+        const ulong at = 3 * (v + to_vector);
+        pattern_inside(pattern + k + to_vector, positions + at, normals + at, c, wave, pattern_stride, inside);
+    }
+    // what is left: before the first whole vector, and after the last
+    uint at = to_vector ? 0 : inside;
+    while (at < count) {
+        const uint taken = min(8 - ((uint)(v + at) & 7), count - at);
         planes8 p, n;
-        pattern_eight(pattern, c, wave, pattern_stride, last_row, k, &p, &n);
-        const uint count = min(8 - in_vector, left);
-        if (count == 8) {
-            packed_store8(p, positions + 3 * v);
-            packed_store8(n, normals + 3 * v);
-        } else {
-            packed_store_some(p, count, positions + 3 * v);
-            packed_store_some(n, count, normals + 3 * v);
-        }
-        v += count;
-        k += count;
+        pattern_eight(pattern, c, wave, pattern_stride, last_row, k + at, &p, &n);
+        packed_stage_put(stage, p, n, taken, v + at, positions, normals);
+        at += at < to_vector ? taken + inside : taken;
     }
 }
 
@@ -153,16 +148,19 @@ __kernel void pattern_vertex_batched(
     if (v >= vertex_count) return;
 
     const ulong end = v + CHUNK < vertex_count ? v + CHUNK : vertex_count;
+    packed_stage stage;
+    stage.first = stage.end = 0;
     while (v < end) {
         const ulong t = v / pattern_vertices;
         const uint k = (uint)(v - t * pattern_vertices);
-        const ulong stop = v + min(pattern_vertices - k, (uint)(end - v));
+        const uint count = min(pattern_vertices - k, (uint)(end - v));
         __global const float *a = corners + 19 * (first_triangle + (size_t)t);
         const coarse_triangle c = {vload3(0, a), vload3(1, a), vload3(2, a), vload3(3, a), vload3(4, a), vload3(5, a),
             a[18] > 0.0f};
-        pattern_vertices_of(pattern, positions, normals, &c, wave, pattern_stride, last_row, k, v, stop);
-        v = stop;
+        pattern_vertices_of(pattern, positions, normals, &c, wave, pattern_stride, last_row, k, v, count, &stage);
+        v += count;
     }
+    packed_stage_flush(&stage, end & ~7ul, positions, normals);
 }
 
 __kernel void pattern_vertex_single(
@@ -186,8 +184,11 @@ __kernel void pattern_vertex_single(
     if (chunk >= end) return;
 
     const ulong v = chunk > first_vertex ? chunk : first_vertex;
-    const ulong stop = chunk + CHUNK < end ? chunk + CHUNK : end;
+    const uint count = (uint)((chunk + CHUNK < end ? chunk + CHUNK : end) - v);
     const coarse_triangle c = {p0.xyz, p1.xyz, p2.xyz, n0.xyz, n1.xyz, n2.xyz, p0.w > 0.0f};
-    pattern_vertices_of(
-        pattern, positions, normals, &c, wave, pattern_stride, last_row, (uint)(v - first_vertex), v, stop);
+    packed_stage stage;
+    stage.first = stage.end = v & 7;
+    const uint k = (uint)(v - first_vertex);
+    pattern_vertices_of(pattern, positions, normals, &c, wave, pattern_stride, last_row, k, v, count, &stage);
+    packed_stage_flush(&stage, (v + count) & ~7ul, positions, normals);
 }

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.refine import pattern
-from lodbench.kernels.refine.pattern.host import VERTEX_BYTES, Pattern, kernel_defines
+from lodbench.kernels.refine.launching import VERTEX_BYTES, group_size, kernel_defines
+from lodbench.kernels.refine.pattern.host import Pattern
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Footprint, Frame, Traffic
 
@@ -58,6 +59,7 @@ class StaticVbo(Pattern):
             "static_vbo_vertex",
             -(-vertices // defines["CHUNK"]),
             stage="vertex",
+            local=group_size(device),
             stored_positions=stored_positions,
             stored_normals=stored_normals,
             positions=self._positions,
