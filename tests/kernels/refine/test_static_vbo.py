@@ -27,6 +27,15 @@ def test_static_vbo_gives_the_patterns_bits(device, make, segments, amplitude):
     assert stored.check().passed
 
 
+def test_static_vbo_streams_large_outputs_to_the_same_bits(device):
+    mesh = plane(19, 15)  # more than the 16 MiB that stay in caches, ending within a vector
+    drawn = pattern.prepare(device, mesh, pattern.Params(61))
+    stored = prepare(device, mesh, Params(61))
+    run(device, stored)
+    assert stored.footprint().output_bytes > 16 << 20
+    assert as_bytes(stored.result()[0]) == as_bytes(drawn.result()[0])
+
+
 def test_static_vbo_stands_still(device):
     stored = prepare(device, icosphere(1), Params(4, 0.05))
     run(device, stored, Frame(time=0.0))
