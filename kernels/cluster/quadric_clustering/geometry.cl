@@ -2,7 +2,7 @@
 //
 // Source    DeCoro & Tatarchuk 2007, slides 11-12 (quadric map) and 16-17 (final clustering); `fused` does both in one
 //           walk over the triangles and emits the cells' ranks, which are turned into output vertices later
-// Work      1-D, one item per private map, each over its share of the triangles, four at a time
+// Work      1-D, one item per private map, each over its share of the triangles, eight at a time
 // Reads     points        float4[vertex_count]         x y z in units of the largest cell edge, w: bits of the cell's rank
 //           triangles     uint[3 * triangle_count]
 // Writes    maps          float[16 * capacity * map_count]  per cell: xx xy xz yy yz zz x y | z, surviving corners, 0 0, corner sum x y z, corners
@@ -11,74 +11,108 @@
 // Needs     common/chunk.cl cluster/quadric_clustering/share.cl
 
 #define AHEAD 24 // triangles between a prefetch and its use
+#define INLINE static inline __attribute__((always_inline)) // a call would pass the eight triangles through memory
 
-typedef struct { float4 x, y, z, w; } geometry_four;
+typedef struct { float8 x, y, z, w; } geometry_eight;
 
-static inline geometry_four geometry_transpose(const float4 a, const float4 b, const float4 c, const float4 d)
+// rows to columns in two steps, as the shuffles of 256-bit registers work: within each half
+#define LOW_OF_PAIRS(a, b) (float8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s4, (b).s4, (a).s5, (b).s5)
+#define HIGH_OF_PAIRS(a, b) (float8)((a).s2, (b).s2, (a).s3, (b).s3, (a).s6, (b).s6, (a).s7, (b).s7)
+#define LOW_OF_FOURS(a, b) (float8)((a).s01, (b).s01, (a).s45, (b).s45)
+#define HIGH_OF_FOURS(a, b) (float8)((a).s23, (b).s23, (a).s67, (b).s67)
+
+// one corner of eight triangles, given by every third index
+INLINE geometry_eight geometry_corner(__global const float4 *points, const uint *index)
 {
-    geometry_four t;
-    t.x = (float4)(a.x, b.x, c.x, d.x);
-    t.y = (float4)(a.y, b.y, c.y, d.y);
-    t.z = (float4)(a.z, b.z, c.z, d.z);
-    t.w = (float4)(a.w, b.w, c.w, d.w);
-    return t;
+    const float8 p04 = (float8)(points[index[0]], points[index[12]]);
+    const float8 p15 = (float8)(points[index[3]], points[index[15]]);
+    const float8 p26 = (float8)(points[index[6]], points[index[18]]);
+    const float8 p37 = (float8)(points[index[9]], points[index[21]]);
+    const float8 xy_even = LOW_OF_PAIRS(p04, p15), zw_even = HIGH_OF_PAIRS(p04, p15);
+    const float8 xy_odd = LOW_OF_PAIRS(p26, p37), zw_odd = HIGH_OF_PAIRS(p26, p37);
+    geometry_eight corner;
+    corner.x = LOW_OF_FOURS(xy_even, xy_odd);
+    corner.y = HIGH_OF_FOURS(xy_even, xy_odd);
+    corner.z = LOW_OF_FOURS(zw_even, zw_odd);
+    corner.w = HIGH_OF_FOURS(zw_even, zw_odd);
+    return corner;
 }
 
-// adds one triangle to its three cells; branch-free: all three even when they are the same cell
-static inline void geometry_add(
-    __global float8 *restrict map, const float4 a, const float4 b, const float4 c, const float4 normal, const float4 weighted,
-    const float4 rest, const float live)
+// `points` is nowhere restrict: since the maps might then alias it, the compiler reads a corner again where it is added;
+// kept from its first use, 24 corners would go through the stack
+INLINE uint geometry_rank(__global const float4 *points, const uint v)
 {
-    const float8 low = normal.s00011201 * weighted.s01212233;
-    __global float8 *cell = map + 2 * (size_t)as_uint(a.w);
-    cell[0] += low;
-    cell[1] += (float8)(rest, a.xyz * live, live);
-    cell = map + 2 * (size_t)as_uint(b.w);
-    cell[0] += low;
-    cell[1] += (float8)(rest, b.xyz * live, live);
-    cell = map + 2 * (size_t)as_uint(c.w);
-    cell[0] += low;
-    cell[1] += (float8)(rest, c.xyz * live, live);
+    // a load of its own: taking it out of the vector again costs more
+    return ((__global const uint *)points)[4 * (size_t)v + 3];
 }
 
-typedef struct { int4 a, b, c, distinct; } geometry_ranks;
-
-// four triangles given by twelve indices; live: 1, or 0 for a triangle that only fills up the four
-static inline __attribute__((always_inline)) geometry_ranks geometry_four_triangles(
-    __global const float4 *restrict points, __global float8 *restrict map, const uint *index, const float4 live)
+// Adds one triangle to its three cells, all three even when they are the same: a branch would cost more; writes its
+// ranks to `out` and returns the next free place, which is the same when the triangle does not survive
+INLINE __global uint *geometry_add(__global const float4 *points, __global float8 *restrict map,
+    __global uint *out, const uint *index, const float8 low, const float4 rest, const uint step, const bool emit)
 {
-    const float4 a0 = points[index[0]], b0 = points[index[1]], c0 = points[index[2]];
-    const float4 a1 = points[index[3]], b1 = points[index[4]], c1 = points[index[5]];
-    const float4 a2 = points[index[6]], b2 = points[index[7]], c2 = points[index[8]];
-    const float4 a3 = points[index[9]], b3 = points[index[10]], c3 = points[index[11]];
-    const geometry_four a = geometry_transpose(a0, a1, a2, a3);
-    const geometry_four b = geometry_transpose(b0, b1, b2, b3);
-    const geometry_four c = geometry_transpose(c0, c1, c2, c3);
+    const uint a = geometry_rank(points, index[0]), b = geometry_rank(points, index[1]), c = geometry_rank(points, index[2]);
+    __global float8 *cell = map + 2 * (size_t)a;
+    cell[0] += low;
+    cell[1] += (float8)(rest, points[index[0]].xyz, 1.0f);
+    cell = map + 2 * (size_t)b;
+    cell[0] += low;
+    cell[1] += (float8)(rest, points[index[1]].xyz, 1.0f);
+    cell = map + 2 * (size_t)c;
+    cell[0] += low;
+    cell[1] += (float8)(rest, points[index[2]].xyz, 1.0f);
+    if (!emit) return out;
+    out[0] = a;
+    out[1] = b;
+    out[2] = c;
+    return out + step;
+}
+
+// eight triangles given by 24 indices; those from `count` on only fill up the eight, and are not added
+INLINE __global uint *geometry_eight_triangles(__global const float4 *points, __global float8 *restrict map,
+    __global uint *out, const uint *index, const uint count, const bool emit)
+{
+    const geometry_eight a = geometry_corner(points, index);
+    const geometry_eight b = geometry_corner(points, index + 1);
+    const geometry_eight c = geometry_corner(points, index + 2);
 
     // m = (b - a) x (c - a), weight = area / 3 / |m|^2, so that weight m m^T = area / 3 n n^T
-    const float4 ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z;
-    const float4 vx = c.x - a.x, vy = c.y - a.y, vz = c.z - a.z;
-    const float4 mx = uy * vz - uz * vy, my = uz * vx - ux * vz, mz = ux * vy - uy * vx;
-    const float4 d = -(mx * a.x + my * a.y + mz * a.z);
-    const float4 square = mx * mx + my * my + mz * mz;
+    const float8 ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z;
+    const float8 vx = c.x - a.x, vy = c.y - a.y, vz = c.z - a.z;
+    const float8 mx = uy * vz - uz * vy, my = uz * vx - ux * vz, mz = ux * vy - uy * vx;
+    const float8 d = -(mx * a.x + my * a.y + mz * a.z);
+    const float8 square = mx * mx + my * my + mz * mz;
     // no area, no plane: such a triangle counts at its corners alone
-    const float4 weight = live * (square > (float4)(1e-30f) ? 1.0f / (6.0f * sqrt(square)) : (float4)(0.0f));
-    const float4 wx = mx * weight, wy = my * weight, wz = mz * weight, wd = d * weight;
+    const float8 weight = square > (float8)(1e-30f) ? 1.0f / (6.0f * sqrt(square)) : (float8)(0.0f);
+    const float8 wx = mx * weight, wy = my * weight, wz = mz * weight;
 
-    geometry_ranks ranks = {as_int4(a.w), as_int4(b.w), as_int4(c.w), 0};
-    ranks.distinct = (ranks.a != ranks.b) & (ranks.b != ranks.c) & (ranks.c != ranks.a) & (live > (float4)(0.0f));
-    const float4 survives = ranks.distinct ? (float4)(1.0f) : (float4)(0.0f);
-    const float4 bz = mz * wd;
+    const int8 ra = as_int8(a.w), rb = as_int8(b.w), rc = as_int8(c.w);
+    const int8 distinct = (ra != rb) & (rb != rc) & (rc != ra);
+    const float8 survives = distinct ? (float8)(1.0f) : (float8)(0.0f);
+    const uint8 step = as_uint8(distinct) & 3;
 
-    geometry_add(map, a0, b0, c0, (float4)(mx.x, my.x, mz.x, d.x), (float4)(wx.x, wy.x, wz.x, wd.x),
-        (float4)(bz.x, survives.x, 0.0f, 0.0f), live.x);
-    geometry_add(map, a1, b1, c1, (float4)(mx.y, my.y, mz.y, d.y), (float4)(wx.y, wy.y, wz.y, wd.y),
-        (float4)(bz.y, survives.y, 0.0f, 0.0f), live.y);
-    geometry_add(map, a2, b2, c2, (float4)(mx.z, my.z, mz.z, d.z), (float4)(wx.z, wy.z, wz.z, wd.z),
-        (float4)(bz.z, survives.z, 0.0f, 0.0f), live.z);
-    geometry_add(map, a3, b3, c3, (float4)(mx.w, my.w, mz.w, d.w), (float4)(wx.w, wy.w, wz.w, wd.w),
-        (float4)(bz.w, survives.w, 0.0f, 0.0f), live.w);
-    return ranks;
+    const float8 xx = mx * wx, xy = mx * wy, xz = mx * wz, yy = my * wy, yz = my * wz, zz = mz * wz;
+    const float8 bx = d * wx, by = d * wy, bz = d * wz;
+
+    // columns of products back to one row per triangle
+    const float8 p0 = LOW_OF_PAIRS(xx, xy), p1 = HIGH_OF_PAIRS(xx, xy);
+    const float8 p2 = LOW_OF_PAIRS(xz, yy), p3 = HIGH_OF_PAIRS(xz, yy);
+    const float8 p4 = LOW_OF_PAIRS(yz, zz), p5 = HIGH_OF_PAIRS(yz, zz);
+    const float8 p6 = LOW_OF_PAIRS(bx, by), p7 = HIGH_OF_PAIRS(bx, by);
+    const float8 q04 = LOW_OF_FOURS(p0, p2), q15 = HIGH_OF_FOURS(p0, p2), q26 = LOW_OF_FOURS(p1, p3), q37 = HIGH_OF_FOURS(p1, p3);
+    const float8 r04 = LOW_OF_FOURS(p4, p6), r15 = HIGH_OF_FOURS(p4, p6), r26 = LOW_OF_FOURS(p5, p7), r37 = HIGH_OF_FOURS(p5, p7);
+    const float8 zero = (float8)(0.0f), p8 = LOW_OF_PAIRS(bz, survives), p9 = HIGH_OF_PAIRS(bz, survives);
+    const float8 s04 = LOW_OF_FOURS(p8, zero), s15 = HIGH_OF_FOURS(p8, zero), s26 = LOW_OF_FOURS(p9, zero), s37 = HIGH_OF_FOURS(p9, zero);
+
+    out = geometry_add(points, map, out, index, (float8)(q04.lo, r04.lo), s04.lo, step.s0, emit);
+    if (count > 1) out = geometry_add(points, map, out, index + 3, (float8)(q15.lo, r15.lo), s15.lo, step.s1, emit);
+    if (count > 2) out = geometry_add(points, map, out, index + 6, (float8)(q26.lo, r26.lo), s26.lo, step.s2, emit);
+    if (count > 3) out = geometry_add(points, map, out, index + 9, (float8)(q37.lo, r37.lo), s37.lo, step.s3, emit);
+    if (count > 4) out = geometry_add(points, map, out, index + 12, (float8)(q04.hi, r04.hi), s04.hi, step.s4, emit);
+    if (count > 5) out = geometry_add(points, map, out, index + 15, (float8)(q15.hi, r15.hi), s15.hi, step.s5, emit);
+    if (count > 6) out = geometry_add(points, map, out, index + 18, (float8)(q26.hi, r26.hi), s26.hi, step.s6, emit);
+    if (count > 7) out = geometry_add(points, map, out, index + 21, (float8)(q37.hi, r37.hi), s37.hi, step.s7, emit);
+    return out;
 }
 
 static inline __global float8 *geometry_clear(__global float8 *restrict maps, const uint map, const uint capacity)
@@ -88,37 +122,33 @@ static inline __global float8 *geometry_clear(__global float8 *restrict maps, co
     return own;
 }
 
-// the last triangles of a share, fewer than four: the rest of the four repeats one of them with no weight
-static inline __attribute__((always_inline)) geometry_ranks geometry_last_triangles(__global const float4 *restrict points,
-    __global const uint *restrict triangles, __global float8 *restrict map, const uint2 share, const uint t)
+// the last triangles of a share, fewer than eight: the rest of the eight repeats the last one
+INLINE __global uint *geometry_last_triangles(__global const float4 *points, __global const uint *restrict triangles,
+    __global float8 *restrict map, __global uint *out, const uint2 share, const uint t, const bool emit)
 {
-    uint index[12];
-    float live[4];
-    for (uint j = 0; j < 4; ++j) {
+    uint index[24];
+    for (uint j = 0; j < 8; ++j) {
         const size_t row = min(t + j, share.y - 1);
-        index[3 * j] = triangles[3 * row];
-        index[3 * j + 1] = triangles[3 * row + 1];
-        index[3 * j + 2] = triangles[3 * row + 2];
-        live[j] = t + j < share.y ? 1.0f : 0.0f;
+        for (uint corner = 0; corner < 3; ++corner) index[3 * j + corner] = triangles[3 * row + corner];
     }
-    return geometry_four_triangles(points, map, index, vload4(0, live));
+    return geometry_eight_triangles(points, map, out, index, share.y - t, emit);
 }
 
-static inline __attribute__((always_inline)) geometry_ranks geometry_next_triangles(__global const float4 *restrict points,
-    __global const uint *restrict triangles, __global float8 *restrict map, const uint t, const uint triangle_count)
+INLINE __global uint *geometry_next_triangles(__global const float4 *points, __global const uint *restrict triangles,
+    __global float8 *restrict map, __global uint *out, const uint t, const uint triangle_count, const bool emit)
 {
     // the addresses ahead stay inside the array: the last ones are asked for again
-    __global const uint *ahead = triangles + 3 * (size_t)min(t + AHEAD, triangle_count - 4);
+    __global const uint *ahead = triangles + 3 * (size_t)min(t + AHEAD, triangle_count - 8);
 #pragma unroll
-    for (uint i = 0; i < 12; ++i) prefetch(points + ahead[i], 1);
-    uint index[12];
+    for (uint i = 0; i < 24; ++i) prefetch(points + ahead[i], 1);
+    uint index[24];
 #pragma unroll
-    for (uint i = 0; i < 12; ++i) index[i] = triangles[3 * (size_t)t + i];
-    return geometry_four_triangles(points, map, index, (float4)(1.0f));
+    for (uint i = 0; i < 24; ++i) index[i] = triangles[3 * (size_t)t + i];
+    return geometry_eight_triangles(points, map, out, index, 8, emit);
 }
 
 __kernel void quadric_clustering_geometry_accumulate(
-    __global const float4 *restrict points,
+    __global const float4 *points,
     __global const uint *restrict triangles,
     __global float8 *restrict maps,
     const uint map_count,
@@ -131,25 +161,12 @@ __kernel void quadric_clustering_geometry_accumulate(
     __global float8 *own = geometry_clear(maps, map, capacity);
     const uint2 share = geometry_share(map, map_count, triangle_count);
     uint t = share.x;
-    for (; t + 4 <= share.y; t += 4) geometry_next_triangles(points, triangles, own, t, triangle_count);
-    if (t < share.y) geometry_last_triangles(points, triangles, own, share, t);
-}
-
-// returns the next free place; four words are written even for a triangle that does not survive
-static inline __global uint *geometry_emit4(__global uint *out, const geometry_ranks r)
-{
-    vstore4((uint4)(r.a.x, r.b.x, r.c.x, 0), 0, out);
-    out += 3 & r.distinct.x;
-    vstore4((uint4)(r.a.y, r.b.y, r.c.y, 0), 0, out);
-    out += 3 & r.distinct.y;
-    vstore4((uint4)(r.a.z, r.b.z, r.c.z, 0), 0, out);
-    out += 3 & r.distinct.z;
-    vstore4((uint4)(r.a.w, r.b.w, r.c.w, 0), 0, out);
-    return out + (3 & r.distinct.w);
+    for (; t + 8 <= share.y; t += 8) geometry_next_triangles(points, triangles, own, 0, t, triangle_count, false);
+    if (t < share.y) geometry_last_triangles(points, triangles, own, 0, share, t, false);
 }
 
 __kernel void quadric_clustering_geometry_fused(
-    __global const float4 *restrict points,
+    __global const float4 *points,
     __global const uint *restrict triangles,
     __global float8 *restrict maps,
     __global uint *restrict pieces,
@@ -166,8 +183,8 @@ __kernel void quadric_clustering_geometry_fused(
     __global uint *piece = pieces + 3 * (size_t)share.x + 4 * map;
     __global uint *out = piece;
     uint t = share.x;
-    for (; t + 4 <= share.y; t += 4)
-        out = geometry_emit4(out, geometry_next_triangles(points, triangles, own, t, triangle_count));
-    if (t < share.y) out = geometry_emit4(out, geometry_last_triangles(points, triangles, own, share, t));
+    for (; t + 8 <= share.y; t += 8)
+        out = geometry_next_triangles(points, triangles, own, out, t, triangle_count, true);
+    if (t < share.y) out = geometry_last_triangles(points, triangles, own, out, share, t, true);
     piece_counts[map] = (uint)((out - piece) / 3);
 }
