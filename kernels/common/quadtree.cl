@@ -40,3 +40,40 @@ static inline bool quadtree_anti_diagonal(const uint x, const uint y, const uint
     const uint half_side = 1u << (n - 1);
     return (x + size / 2 >= half_side) == (y + size / 2 >= half_side);
 }
+
+// the next corner along an edge of `size` steps, from step `from`: its middle is a corner before any finer sample is
+static inline uint quadtree_next_corner(
+    __global const uchar *flags, const uint start, const int stride, const uint size, const uint from)
+{
+    uint step = from ? from & -from : size;
+    while (step > 1 && flags[start + (int)(from + step / 2) * stride]) step /= 2;
+    return from + step;
+}
+
+// left column, low row and size of the node at a texel
+static inline uint3 quadtree_node(const uint texel, const uint n)
+{
+    const uint side = 1u << n, x = texel & (side - 1), y = texel >> n;
+    if (y < side) return (uint3)(x, y, 1);
+    const uint depth = quadtree_column_depth(x), size = side >> depth;
+    return (uint3)((x - (1u << depth)) * size, (y - side) * size, size);
+}
+
+// the part of image row `row` that run `run` of `runs` owns: first sample, past-the-last; the last run takes one more
+static inline uint2 quadtree_row_run(const uint run, const uint runs, const uint n)
+{
+    const uint each = (1u << n) / runs;
+    return (uint2)(run * each, run + 1 < runs ? (run + 1) * each : (1u << n) + 1);
+}
+
+// of those, the ones that stand for themselves: the far half of a border side does not
+static inline uint2 quadtree_own_run(uint2 run, const uint row, const uint n)
+{
+    const uint last = 1u << n;
+    if (row == 0 || row == last) run.y = run.y < last / 2 + 1 ? run.y : last / 2 + 1;
+    if (row > last / 2) {
+        run.x = run.x ? run.x : 1;
+        if (row < last) run.y = run.y < last ? run.y : last;
+    }
+    return run;
+}

@@ -2,90 +2,99 @@
 //
 // Source    Wang et al., section 3.2, steps 1-4; that the parent must itself be too coarse, not merely not drawn, and
 //           the rule in pixels per node are a reconstruction
-// Work      1-D, one item per packed texel
-// Reads     errors  float [texel_count]       packed, never smaller than a child's
-//           bounds  float4[texel_count / 3]   packed, upper part: centre, radius; each holds its children's
-// Writes    states  uchar [texel_count]       0 too coarse: its children are looked at; 1 nothing to draw; 2 drawn
+// Work      1-D, one item per run of RUN packed texels of one row; texels do not depend on each other
+// Reads     errors  float[texel_count]           packed, never smaller than a child's
+//           bounds  float[4 * texel_count / 3]   packed, upper part, four planes: x, y, z, radius; hold the children's
+// Writes    states  uchar[texel_count]           0 too coarse: its children are looked at; 1 nothing to draw; 2 drawn
 // Needs     common/quadtree.cl
+// Defines   RUN   1, or a power of two from 16 to 2^n
 
 // exactly one texel on each way from the root to a leaf is drawn: the first that is fine enough, or the leaf.
 // The four nodes of depth 1 are the coarsest: the root's corners are one point
-static inline uchar state_of(const bool fine, const bool parent_fine) { return parent_fine ? 1 : fine ? 2 : 0; }
 
-// column and row of a texel's parent, or a column of 0 where there is none to ask; .s2 is the texel's own depth
-static inline uint3 parent_of(const uint x, const uint y, const uint n)
+typedef struct {
+    __global const float *errors, *bounds;
+    float4 eye_scale; // xyz = eye, w = pixels per model unit at distance 1, per pixel of tolerance; 0 for one threshold
+    float2 near_slack; // smallest distance, slack per depth
+    float threshold;
+    uint leaves, plane;
+} Detail;
+
+// error < threshold; or error * scale < distance to the node's sphere: its size on screen is below the tolerance.
+// The slack outweighs the rounding of two distances, so that no node looks farther away than its own parts
+#define FINE(NAME, FLOATS, INTS, LOAD)                                                                                 \
+    static inline INTS NAME(const Detail detail, const uint texel, const uint depth)                                   \
+    {                                                                                                                  \
+        _Pragma("OPENCL FP_CONTRACT OFF") const FLOATS error = LOAD(detail.errors + texel);                            \
+        if (detail.eye_scale.w == 0.0f) return error < detail.threshold;                                               \
+        __global const float *bound = detail.bounds + (texel - detail.leaves);                                         \
+        const FLOATS x = LOAD(bound) - detail.eye_scale.x, y = LOAD(bound + detail.plane) - detail.eye_scale.y;        \
+        const FLOATS z = LOAD(bound + 2 * detail.plane) - detail.eye_scale.z;                                          \
+        const FLOATS square = x * x + y * y + z * z;                                                                   \
+        const FLOATS away = (sqrt(square) - LOAD(bound + 3 * detail.plane)) + (float)depth * detail.near_slack.y;      \
+        return error * detail.eye_scale.w < fmax(away, (FLOATS)(detail.near_slack.x));                                 \
+    }
+#define ONE(p) (*(p))
+#define EIGHT(p) vload8(0, (p))
+FINE(fine_one, float, int, ONE)
+FINE(fine_eight, float8, int8, EIGHT)
+
+static inline uchar state_at(const Detail detail, const uint x, const uint y, const uint n)
 {
     const uint side = 1u << n;
-    if (y < side) return (uint3)(n > 1 ? side / 2 + x / 2 : 0, side + y / 2, n);
-    const uint depth = quadtree_column_depth(x | 1);
-    return (uint3)(depth > 1 ? x / 2 : 0, side + (y - side) / 2, depth);
+    if (y < side)
+        return n > 1 && fine_one(detail, ((side + y / 2) << n) + side / 2 + x / 2, n - 1) ? 1 : 2;
+    const uint row = y - side;
+    if (x == 0) return 1;
+    const uint depth = quadtree_column_depth(x);
+    if (row >> depth != 0) return 1; // above the level's own square
+    if (depth == 0) return 0;
+    if (depth > 1 && fine_one(detail, ((side + row / 2) << n) + x / 2, depth - 1)) return 1;
+    return fine_one(detail, (y << n) + x, depth) ? 2 : 0;
 }
 
-// column 0 and the rows above a level's own square hold no node
-static inline bool is_node(const uint x, const uint y, const uint n)
+#if RUN >= 16
+// lowest bytes, by reinterpretation: convert_uchar8 of int8 breaks the programs that PoCL 3.0 caches
+static inline uchar8 bytes_of(const int8 v) { return (uchar8)(as_uchar16(v.lo).s048c, as_uchar16(v.hi).s048c); }
+
+// sixteen texels of one level, with their eight parents beside each other; comparisons give -1 for true
+static inline uchar16 states_at(const Detail detail, const uint x, const uint y, const uint n)
 {
-    return y >> n == 0 || (x > 0 && y - (1u << n) < 1u << quadtree_column_depth(x | 1));
+    const uint side = 1u << n;
+    if (y < side) {
+        const int8 above = fine_eight(detail, ((side + y / 2) << n) + side / 2 + x / 2, n - 1);
+        return bytes_of(above + 2).s0011223344556677;
+    }
+    const uint row = y - side, depth = quadtree_column_depth(x), texel = (y << n) + x;
+    if (row >> depth != 0) return 1;
+    const uchar16 above = bytes_of(fine_eight(detail, ((side + row / 2) << n) + x / 2, depth - 1)).s0011223344556677;
+    const uchar16 own = (uchar16)(bytes_of(fine_eight(detail, texel, depth)), bytes_of(fine_eight(detail, texel + 8, depth)));
+    return (above & (uchar16)1) | (~above & own & (uchar16)2);
 }
+#endif
 
 __kernel void quadtree_lod_fragment_filter(
     __global const float *restrict errors,
+    __global const float *restrict bounds,
     __global uchar *restrict states,
+    const float4 eye_scale,
+    const float2 near_slack,
     const float threshold, // model units
     const uint n,
-    const uint texel_count)
+    const uint run_count)
 {
-    const uint texel = get_global_id(0);
-    if (texel >= texel_count) return;
+    const uint run = get_global_id(0);
+    if (run >= run_count) return;
 
-    const uint x = texel & ((1u << n) - 1), y = texel >> n;
-    const uint3 parent = parent_of(x, y, n);
-    const bool root = parent.z == 0;
-    const bool fine = parent.z == n || (!root && errors[texel] < threshold);
-    const bool parent_fine = parent.x != 0 && errors[(parent.y << n) + parent.x] < threshold;
-    states[texel] = is_node(x, y, n) ? state_of(fine, parent_fine) : 1;
-}
-
-// error * scale < distance to the node's sphere: the error's size on screen is below the tolerance.
-// `slack` outweighs the rounding of two distances, so that no node looks farther away than its parent's parts
-static inline bool fine_in_view(
-    __global const float *restrict errors,
-    __global const float4 *restrict bounds,
-    const uint texel,
-    const uint depth,
-    const uint n,
-    const float4 eye_scale,
-    const float2 near_slack)
-{
-#pragma OPENCL FP_CONTRACT OFF
-    const float4 bound = bounds[texel - (1u << (2 * n))];
-    const float3 apart = bound.xyz - eye_scale.xyz;
-    const float square = apart.x * apart.x + apart.y * apart.y + apart.z * apart.z;
-    const float away = (sqrt(square) - bound.w) + (float)depth * near_slack.y;
-    return errors[texel] * eye_scale.w < (away > near_slack.x ? away : near_slack.x);
-}
-
-__kernel void quadtree_lod_fragment_filter_view(
-    __global const float *restrict errors,
-    __global const float4 *restrict bounds,
-    __global uchar *restrict states,
-    const float4 eye_scale, // xyz = eye, w = pixels per model unit at distance 1, per pixel of tolerance
-    const float2 near_slack, // smallest distance, slack per depth; model units
-    const uint n,
-    const uint texel_count)
-{
-    const uint texel = get_global_id(0);
-    if (texel >= texel_count) return;
-
-    const uint x = texel & ((1u << n) - 1), y = texel >> n;
-    if (!is_node(x, y, n)) {
-        states[texel] = 1;
-        return;
-    }
-    const uint3 parent = parent_of(x, y, n);
-    const uint depth = parent.z;
-    const bool parent_fine = parent.x != 0
-        && fine_in_view(errors, bounds, (parent.y << n) + parent.x, depth - 1, n, eye_scale, near_slack);
-    const bool fine = depth == n
-        || (depth > 0 && !parent_fine && fine_in_view(errors, bounds, texel, depth, n, eye_scale, near_slack));
-    states[texel] = state_of(fine, parent_fine);
+    const uint first = run * RUN, x = first & ((1u << n) - 1), y = first >> n;
+    const Detail detail = {errors, bounds, eye_scale, near_slack, threshold, 1u << (2 * n), 1u << (2 * n - 1)};
+    uint done = 0;
+#if RUN >= 16
+    // the first sixteen columns of the upper part hold several levels
+    done = y >> n != 0 && x == 0 ? 16 : 0;
+    for (uint k = done; k < RUN; k += 16) vstore16(states_at(detail, x + k, y, n), 0, states + first + k);
+    for (uint k = 0; k < done; ++k) states[first + k] = state_at(detail, x + k, y, n);
+#else
+    for (uint k = 0; k < RUN; ++k) states[first + k] = state_at(detail, x + k, y, n);
+#endif
 }

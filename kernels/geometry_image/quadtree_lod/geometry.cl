@@ -2,90 +2,47 @@
 //
 // Source    Wang et al., section 3.2, figure 4 and the text below it (a fan per merged node); the fan over the node's
 //           perimeter, which keeps every corner of a finer neighbour, is a reconstruction
-// Work      mark: 1-D, one item per sample; count, emit: 1-D, one item per run of RUN packed texels
-// Reads     states      uchar[texel_count]        0 too coarse, 1 nothing to draw, 2 drawn
-//           ranks       uint [side * side]        output vertex of a sample that stands for itself, side = 2^n + 1
-//           offsets     uint [run_count]          the run's first triangle
-// Writes    flags       uchar[side * side]        1: a drawn node's corner, or the centre of a fan; twins alike
-//           run_counts  uint [run_count]          triangles of a run
-//           triangles   uint [3 * 2 * 4^n]        output vertices, counter-clockwise from outside
-//           counts      uint [2]                  the second: triangles
+// Work      1-D, one item per run of RUN packed texels of one row
+// Reads     states      uchar[texel_count]    0 too coarse, 1 nothing to draw, 2 drawn
+//           flags       uchar[side * side]    a vertex of the drawn nodes' triangles; side = 2^n + 1, twins alike
+//           ranks       uint [side * side]    output vertex of a flagged sample, twins alike
+//           offsets     uint [run_count]      the run's first triangle
+// Writes    run_counts  uint [run_count]      triangles of a run
+//           triangles   uint [3 * 2 * 4^n]    output vertices, counter-clockwise from outside
+//           counts      uint [2]              the second: triangles
 // Needs     common/quadtree.cl
-// Defines   RUN   texels of one item, a power of two
+// Defines   RUN   1, or a power of two from 16 to 2^n
 
-// a sample is a corner where a node that has it inside, or on an edge, is too coarse: no scattered writes, no atomics
-__kernel void quadtree_lod_geometry_mark(
-    __global const uchar *restrict states,
-    __global uchar *restrict flags,
-    const uint n,
-    const uint sample_count)
-{
-    const uint at = get_global_id(0);
-    if (at >= sample_count) return;
-
-    const uint last = 1u << n, j = at / (last + 1), i = at - j * (last + 1);
-    if (((i | j) & (last / 2 - 1)) == 0) { // corners of the four coarsest nodes
-        flags[at] = 1;
-        return;
-    }
-    // the largest node with this sample inside or in the middle of an edge is twice the lowest set bit wide
-    const uint half_size = (i | j) & -(i | j), size = 2 * half_size, across = last / size;
-    const uint shift = 31 - clz(size), x = i >> shift, y = j >> shift;
-    __global const uchar *level = states + ((size_t)last << n) + across;
-    uint x_one = x, y_one = y, x_two = x, y_two = y;
-    if (!(j & half_size)) { // the middle of an edge along the row: the nodes below and above, or the fold's
-        if (j == 0 || j == last) {
-            y_one = y_two = j ? across - 1 : 0;
-            x_two = (last - i) >> shift;
-        } else
-            y_two = y - 1;
-    } else if (!(i & half_size)) {
-        if (i == 0 || i == last) {
-            x_one = x_two = i ? across - 1 : 0;
-            y_two = (last - j) >> shift;
-        } else
-            x_two = x - 1;
-    }
-    flags[at] = level[((size_t)y_one << n) + x_one] == 0 || level[((size_t)y_two << n) + x_two] == 0;
-}
-
-// the next corner along an edge of `size` steps, from step `from`: its middle is marked before any finer sample is
-static inline uint next_corner(
-    __global const uchar *flags, const uint start, const int stride, const uint size, const uint from)
-{
-    uint step = from ? from & -from : size;
-    while (step > 1 && flags[start + (int)(from + step / 2) * stride]) step /= 2;
-    return from + step;
-}
+#if RUN >= 16
+#define STEP 8
+// one bit per texel of eight whose node is drawn
+static inline ulong drawn_of(__global const uchar *states) { return as_ulong(vload8(0, states)) & 0x0202020202020202ul; }
+#else
+#define STEP 1
+static inline ulong drawn_of(__global const uchar *states) { return states[0] & 2; }
+#endif
 
 static inline uint edge_corners(__global const uchar *flags, const uint start, const int stride, const uint size)
 {
     uint count = 0;
-    for (uint at = next_corner(flags, start, stride, size, 0); at < size; ++count)
-        at = next_corner(flags, start, stride, size, at);
+    for (uint at = quadtree_next_corner(flags, start, stride, size, 0); at < size; ++count)
+        at = quadtree_next_corner(flags, start, stride, size, at);
     return count;
 }
 
-// left column, low row and size of the node at a texel; columns of the upper part know their depth
-static inline uint3 node_of(const uint texel, const uint n)
-{
-    const uint side = 1u << n, x = texel & (side - 1), y = texel >> n;
-    if (y < side) return (uint3)(x, y, 1);
-    const uint depth = quadtree_column_depth(x), size = side >> depth;
-    return (uint3)((x - (1u << depth)) * size, (y - side) * size, size);
-}
-
-static inline uint ring_corners(__global const uchar *flags, const uint3 node, const uint n)
+// two where the centre is not flagged: no neighbour is finer; else one per corner on the perimeter
+static inline uint node_triangles(__global const uchar *flags, const uint3 node, const uint n)
 {
     const int row = (1 << n) + 1;
     const uint size = node.z, low = node.y * row + node.x;
+    if (size == 1 || !flags[low + size / 2 * row + size / 2]) return 2;
     return 4 + edge_corners(flags, low, 1, size) + edge_corners(flags, low + size, row, size)
-         + edge_corners(flags, low + size * row + size, -1, size) + edge_corners(flags, low + size * row, -row, size);
+         + edge_corners(flags, low + size * row, 1, size) + edge_corners(flags, low, row, size);
 }
 
 __kernel void quadtree_lod_geometry_count(
     __global const uchar *restrict states,
-    __global uchar *flags, // a fan's centre is written here, which no other node looks at
+    __global const uchar *restrict flags,
     __global uint *restrict run_counts,
     const uint n,
     const uint run_count)
@@ -95,42 +52,26 @@ __kernel void quadtree_lod_geometry_count(
 
     const uint first = run * RUN;
     uint count = 0;
-    if (first >> (2 * n) == 0) {
-        for (uint texel = first; texel < first + RUN; ++texel) count += states[texel] == 2 ? 2 : 0;
-    } else {
-        for (uint texel = first; texel < first + RUN; ++texel) {
-            if (states[texel] != 2) continue;
-            const uint3 node = node_of(texel, n);
-            const uint ring = ring_corners(flags, node, n);
-            count += ring == 4 ? 2 : ring;
-            if (ring > 4) flags[(node.y + node.z / 2) * ((1u << n) + 1) + node.x + node.z / 2] = 1;
-        }
+    for (uint texel = first; texel < first + RUN; texel += STEP) {
+        const ulong drawn = drawn_of(states + texel);
+        if (first >> (2 * n) == 0)
+            count += 2 * (uint)popcount(drawn);
+        else if (drawn != 0)
+            for (uint t = texel; t < texel + STEP; ++t)
+                if (states[t] == 2) count += node_triangles(flags, quadtree_node(t, n), n);
     }
     run_counts[run] = count;
 }
 
-typedef struct {
-    __global const uchar *flags;
-    __global const uint *ranks;
-    uint n;
-} Image;
-
-static inline uint rank_at(const Image image, const uint i, const uint j)
-{
-    return image.ranks[quadtree_sample(i, j, image.n)];
-}
-
-// the fan's triangles along one side of the node, from (i, j) by (di, dj) per step
+// the fan's triangles along one side of the node, from sample `start` by `stride` a step
 static inline __global uint *emit_side(
-    const Image image, __global uint *out, const uint centre, const uint i, const uint j, const int di, const int dj,
-    const uint size)
+    __global const uchar *flags, __global const uint *ranks, __global uint *out, const uint centre, const uint start,
+    const int stride, const uint size)
 {
-    const int row = (1 << image.n) + 1, stride = dj * row + di;
-    const uint start = j * row + i;
-    uint before = rank_at(image, i, j);
+    uint before = ranks[start];
     for (uint at = 0; at < size;) {
-        at = next_corner(image.flags, start, stride, size, at);
-        const uint after = rank_at(image, i + (int)at * di, j + (int)at * dj);
+        at = quadtree_next_corner(flags, start, stride, size, at);
+        const uint after = ranks[start + (int)at * stride];
         out[0] = centre;
         out[1] = before;
         out[2] = after;
@@ -140,12 +81,9 @@ static inline __global uint *emit_side(
     return out;
 }
 
-static inline __global uint *emit_two(const Image image, __global uint *out, const uint3 node)
+static inline __global uint *emit_two(
+    __global uint *out, const uint p, const uint q, const uint r, const uint s, const bool anti)
 {
-    const uint i = node.x, j = node.y, size = node.z;
-    const uint p = rank_at(image, i, j), q = rank_at(image, i + size, j);
-    const uint r = rank_at(image, i + size, j + size), s = rank_at(image, i, j + size);
-    const bool anti = quadtree_anti_diagonal(i, j, size, image.n);
     out[0] = p;
     out[1] = q;
     out[2] = anti ? s : r;
@@ -153,6 +91,22 @@ static inline __global uint *emit_two(const Image image, __global uint *out, con
     out[4] = r;
     out[5] = s;
     return out + 6;
+}
+
+static inline __global uint *emit_node(
+    __global const uchar *flags, __global const uint *ranks, __global uint *out, const uint3 node, const uint n)
+{
+    const uint size = node.z, row = (1u << n) + 1, low = node.y * row + node.x, high = low + size * row;
+    const uint middle = low + size / 2 * row + size / 2;
+    if (size == 1 || !flags[middle])
+        return emit_two(
+            out, ranks[low], ranks[low + size], ranks[high + size], ranks[high],
+            quadtree_anti_diagonal(node.x, node.y, size, n));
+    const uint centre = ranks[middle];
+    out = emit_side(flags, ranks, out, centre, low, 1, size);
+    out = emit_side(flags, ranks, out, centre, low + size, (int)row, size);
+    out = emit_side(flags, ranks, out, centre, high + size, -1, size);
+    return emit_side(flags, ranks, out, centre, high, -(int)row, size);
 }
 
 __kernel void quadtree_lod_geometry_emit(
@@ -169,22 +123,11 @@ __kernel void quadtree_lod_geometry_emit(
     if (run >= run_count) return;
 
     const uint first = run * RUN;
-    const Image image = {flags, ranks, n};
     __global uint *out = triangles + 3 * (size_t)offsets[run];
-    for (uint texel = first; texel < first + RUN; ++texel) {
-        if (states[texel] != 2) continue;
-        const uint3 node = node_of(texel, n);
-        const uint i = node.x, j = node.y, size = node.z;
-        const uint middle = (j + size / 2) * ((1u << n) + 1) + i + size / 2;
-        if (size == 1 || !flags[middle]) {
-            out = emit_two(image, out, node);
-            continue;
-        }
-        const uint centre = ranks[middle];
-        out = emit_side(image, out, centre, i, j, 1, 0, size);
-        out = emit_side(image, out, centre, i + size, j, 0, 1, size);
-        out = emit_side(image, out, centre, i + size, j + size, -1, 0, size);
-        out = emit_side(image, out, centre, i, j + size, 0, -1, size);
+    for (uint texel = first; texel < first + RUN; texel += STEP) {
+        if (drawn_of(states + texel) == 0) continue;
+        for (uint t = texel; t < texel + STEP; ++t)
+            if (states[t] == 2) out = emit_node(flags, ranks, out, quadtree_node(t, n), n);
     }
     if (run == run_count - 1) counts[1] = (uint)((out - triangles) / 3);
 }

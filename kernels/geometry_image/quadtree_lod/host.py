@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lodbench.kernels.geometry_image.quadtree_lod import Params
 
 _PREFIX = "quadtree_lod_"
-CPU_RUN, GPU_RUN = 64, 4  # texels or samples of one work-item
+CPU_RUN = 64  # texels or samples of one work-item; a GPU has items enough for one each
 CPU_GROUP = 4  # such items in a group: enough groups for all cores
 
 
@@ -95,21 +95,20 @@ class QuadtreeLod:
     def _make_frame(self) -> None:
         device, tree = self._device, self.tree
         n, side = tree.n, tree.side
-        run = min(CPU_RUN if device.is_cpu else GPU_RUN, 1 << n)
-        group = min(CPU_GROUP, device.local_size) if device.is_cpu else None
+        run = min(CPU_RUN, 1 << n) if device.is_cpu and n >= 4 else 1
+        local = min(CPU_GROUP, device.local_size) if run > 1 else None
         programs = [
-            device.build(f"{FOLDER}/{name}.cl", defines=defines)
-            for name, defines in (
-                ("fragment", {}), ("geometry", {"RUN": run}), ("vertex", {"ROW_RUN": run}),
-            )
-        ]  # fmt: skip
+            device.build(f"{FOLDER}/{name}.cl", defines={"RUN": run})
+            for name in ("fragment", "geometry_mark", "geometry", "vertex")
+        ]
 
-        def launch(kernel: str, items: int, stage: str, local: int | None, **given: Any) -> Launch:
+        def launch(kernel: str, items: int, stage: str, **given: Any) -> Launch:
             program = next(p for p in programs if _PREFIX + kernel in p.kernels)
-            return program.launch(_PREFIX + kernel, items, stage=stage, local=local, n=n, **given)
+            return program.launch(
+                _PREFIX + kernel, items, stage=stage, local=local, n=n, run_count=items, **given
+            )
 
-        samples, node_runs = side * side, tree.texels // run
-        row_runs = side * -(-side // run)
+        samples, node_runs, row_runs = side * side, tree.texels // run, side * ((1 << n) // run)
         states = self._states = device.allocate("states", tree.texels, np.uint8)
         flags = self._flags = device.allocate("flags", samples, np.uint8)
         ranks = self._ranks = device.allocate("ranks", samples, np.uint32)
@@ -121,52 +120,32 @@ class QuadtreeLod:
             )
         )  # fmt: skip
         total = device.allocate("total", 1, np.uint32)
-        texels = {"errors": tree.errors, "states": states, "texel_count": tree.texels}
         self._filter = launch(
-            "fragment_filter", tree.texels, "filter", None, threshold=0.0, **texels
-        )
-        self._filter_view = launch(
-            "fragment_filter_view", tree.texels, "filter", None,
-            bounds=tree.bounds, eye_scale=(0, 0, 0, 0), near_slack=(0, 0), **texels,
+            "fragment_filter", node_runs, "filter", errors=tree.errors, bounds=tree.bounds,
+            states=states, eye_scale=(0, 0, 0, 0), near_slack=(0, 0), threshold=0.0,
         )  # fmt: skip
-        output = {"counts": self._counts}
+        marked: dict[str, Any] = {"states": states, "flags": flags}
         self._frame = [
-            launch(
-                "geometry_mark", samples, "mark", None,
-                states=states, flags=flags, sample_count=samples,
-            ),
-            launch(
-                "geometry_count", node_runs, "count", group,
-                states=states, flags=flags, run_counts=node_counts, run_count=node_runs,
-            ),
-            ExclusiveScan(device, node_counts, node_offsets, total, stage="scan"),
-            launch(
-                "vertex_count", row_runs, "vertex", group,
-                flags=flags, run_counts=row_counts, run_count=row_runs,
-            ),
+            launch("geometry_mark", row_runs, "mark", run_counts=row_counts, **marked),
             ExclusiveScan(device, row_counts, row_offsets, total, stage="scan"),
             launch(
-                "vertex", row_runs, "vertex", group,
-                flags=flags, image=tree.positions, image_normals=tree.normals,
-                offsets=row_offsets, ranks=ranks, positions=self._out_positions,
-                normals=self._out_normals, run_count=row_runs, **output,
+                "vertex", row_runs, "vertex", flags=flags, image=tree.positions,
+                image_normals=tree.normals, offsets=row_offsets, ranks=ranks,
+                positions=self._out_positions, normals=self._out_normals, counts=self._counts,
             ),
+            launch("geometry_count", node_runs, "count", run_counts=node_counts, **marked),
+            ExclusiveScan(device, node_counts, node_offsets, total, stage="scan"),
             launch(
-                "geometry_emit", node_runs, "emit", group,
-                states=states, flags=flags, ranks=ranks, offsets=node_offsets,
-                triangles=self._out_triangles, run_count=node_runs, **output,
+                "geometry_emit", node_runs, "emit", ranks=ranks, offsets=node_offsets,
+                triangles=self._out_triangles, counts=self._counts, **marked,
             ),
         ]  # fmt: skip
 
     def _first_frames(self) -> None:
         """Each kernel once, since the driver compiles at the first launch."""
-        self._filter_view.set(eye_scale=(*self.tree.low, 1.0), near_slack=(1.0, 0.0))
-        self._filter_view(Timeline())
-        self._filter.set(threshold=0.0)
-        self._filter(Timeline())
-        for step in self._frame:
-            step(Timeline())
+        self._draw(Detail(), Timeline())
         self._device.wait()
+        self.last = None
 
     @property
     def output(self) -> DeviceSurface:
@@ -187,12 +166,10 @@ class QuadtreeLod:
 
     def _draw(self, detail: Detail, timeline: Timeline) -> None:
         self.last = detail
-        if detail.eye_scale is None:
-            self._filter.set(threshold=detail.threshold)
-            self._filter(timeline)
-        else:
-            self._filter_view.set(eye_scale=detail.eye_scale, near_slack=detail.near_slack)
-            self._filter_view(timeline)
+        self._filter.set(
+            threshold=detail.threshold, eye_scale=detail.eye_scale, near_slack=detail.near_slack
+        )
+        self._filter(timeline)
         for step in self._frame:
             step(timeline)
 
@@ -289,7 +266,7 @@ class QuadtreeLod:
         vertices, triangles = self._live()
         samples, texels = self.tree.side**2, self.tree.texels
         upper = texels // 3
-        bound = 16 * upper if self.last is not None and self.last.eye_scale is not None else 0
+        bound = 16 * upper if self.last is not None and self.last.per_node else 0
         return {
             "filter": Traffic(4 * upper + bound + texels),
             "mark": Traffic(upper + samples),

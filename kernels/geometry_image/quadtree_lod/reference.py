@@ -92,7 +92,7 @@ def fine_nodes(errors: Levels, bounds: Levels, detail: Detail) -> Levels:
     """Per depth, is the node's error small enough? The device's float32 expression, rounding for rounding."""
     fine = []
     for depth, error in enumerate(errors[:-1]):
-        if detail.eye_scale is None:
+        if not detail.per_node:
             fine.append(error < np.float32(detail.threshold))
             continue
         eye = np.array(detail.eye_scale[:3], np.float32)

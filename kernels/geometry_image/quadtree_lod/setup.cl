@@ -4,7 +4,8 @@
 // Work      1-D, one item per node of one level; a level is launched when the one below it is done
 // Reads     positions  float [3 * side * side]   row-major samples, side = 2^n + 1, model units
 // Writes    errors     float [texel_count]       packed; largest distance here or in a child, model units; leaves 0
-//           bounds     float4[texel_count / 3]   packed, upper part: centre, radius; holds the children's spheres
+//           bounds     float [4 * texel_count / 3]   packed, upper part, four planes: x, y, z, radius of a sphere that
+//                                                    holds the children's
 // Needs     common/quadtree.cl
 
 static inline float3 sample(__global const float *restrict positions, const uint i, const uint j, const uint n)
@@ -49,9 +50,14 @@ __kernel void quadtree_lod_setup_error(
     errors[quadtree_texel(depth, x, y, n)] = worst;
 }
 
+static inline float4 bound_at(__global const float *bounds, const uint texel, const uint plane)
+{
+    return (float4)(bounds[texel], bounds[plane + texel], bounds[2 * plane + texel], bounds[3 * plane + texel]);
+}
+
 __kernel void quadtree_lod_setup_bound(
     __global const float *restrict positions,
-    __global float4 *bounds,
+    __global float *bounds,
     const uint depth,
     const uint n,
     const uint node_count)
@@ -60,7 +66,7 @@ __kernel void quadtree_lod_setup_bound(
     if (node >= node_count) return;
 
     const uint x = node & ((1u << depth) - 1), y = node >> depth, size = 1u << (n - depth);
-    const uint upper = 1u << (2 * n); // the leaves have no bounds: they are drawn whenever nothing above them is
+    const uint leaves = 1u << (2 * n), plane = leaves / 2; // leaves have no bounds: nothing asks how far they are
     float3 centre = 0.0f;
     float radius = 0.0f;
     if (depth + 1 == n) {
@@ -69,13 +75,16 @@ __kernel void quadtree_lod_setup_bound(
         for (uint k = 0; k < 9; ++k)
             radius = fmax(radius, distance(centre, sample(positions, x * size + k % 3, y * size + k / 3, n)));
     } else {
-        for (uint k = 0; k < 4; ++k)
-            centre += bounds[quadtree_texel(depth + 1, 2 * x + (k & 1), 2 * y + (k >> 1), n) - upper].xyz;
-        centre *= 0.25f;
+        float4 child[4];
         for (uint k = 0; k < 4; ++k) {
-            const float4 child = bounds[quadtree_texel(depth + 1, 2 * x + (k & 1), 2 * y + (k >> 1), n) - upper];
-            radius = fmax(radius, distance(centre, child.xyz) + child.w);
+            child[k] = bound_at(bounds, quadtree_texel(depth + 1, 2 * x + (k & 1), 2 * y + (k >> 1), n) - leaves, plane);
+            centre += 0.25f * child[k].xyz;
         }
+        for (uint k = 0; k < 4; ++k) radius = fmax(radius, distance(centre, child[k].xyz) + child[k].w);
     }
-    bounds[quadtree_texel(depth, x, y, n) - upper] = (float4)(centre, radius);
+    const uint texel = quadtree_texel(depth, x, y, n) - leaves;
+    bounds[texel] = centre.x;
+    bounds[plane + texel] = centre.y;
+    bounds[2 * plane + texel] = centre.z;
+    bounds[3 * plane + texel] = radius;
 }

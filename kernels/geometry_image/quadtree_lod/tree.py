@@ -21,7 +21,7 @@ class Tree:
     ```
     positions, normals  float  [3 * side * side]   the image's samples, row by row, side = 2^n + 1
     errors              float  [texels]            figure 3's layout: see common/quadtree.cl
-    bounds              float4 [texels / 3]        its upper part: centre and radius
+    bounds              float  [4 * texels / 3]    its upper part in planes: x, y, z, radius
     ```
     """
 
@@ -40,7 +40,7 @@ class Tree:
         self.input_bytes = device.used_bytes - before
         with setup.host("quadtree"):
             self.errors = device.allocate("errors", self.texels, np.float32)
-            self.bounds = device.allocate("bounds", (max(self.texels // 3, 1), 4), np.float32)
+            self.bounds = device.allocate("bounds", (4, self.texels // 3), np.float32)
             self._make()
             device.wait()
         self.tree_bytes = device.used_bytes - before - self.input_bytes
@@ -67,4 +67,4 @@ class Tree:
 
     def read_bounds(self) -> list[NDArray[np.float32]]:
         """Per depth, 0 to n - 1, centre and radius of each node's sphere, (2^d, 2^d, 4)."""
-        return reference.unpack_upper(self._device.read(self.bounds), self.n)
+        return reference.unpack_upper(self._device.read(self.bounds).T, self.n)

@@ -21,15 +21,23 @@ NEAREST = 1e-6  # of the diagonal; an eye inside a node's sphere sees it from he
 
 @dataclass(frozen=True)
 class Detail:
-    """What the filter compares with: `threshold`, model units; or, where `eye_scale` is not None, each node's own.
+    """What the filter compares errors with: one threshold, or each node's size on screen.
 
-    eye_scale: the eye, and pixels per model unit at distance 1, per pixel of tolerance; near_slack: the smallest
-    distance, and what a node's distance gains per depth so that rounding never breaks the order along a branch.
+    Attributes:
+        threshold: model units.
+        eye_scale: the eye, and pixels per model unit at distance 1, per pixel of tolerance; a scale of 0 means one
+            threshold for all nodes.
+        near_slack: the smallest distance, and what a node's distance gains per depth so that rounding never breaks the
+            order along a branch.
     """
 
     threshold: float = 0.0
-    eye_scale: tuple[float, float, float, float] | None = None
+    eye_scale: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     near_slack: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def per_node(self) -> bool:
+        return self.eye_scale[3] != 0
 
 
 def pixels_per_unit(view: View) -> tuple[float, bool]:

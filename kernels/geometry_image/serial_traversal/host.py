@@ -53,10 +53,6 @@ class SerialTraversal(QuadtreeLod):
         self._walk.set(threshold=detail.threshold)
         self._walk(timeline)
 
-    def _first_frames(self) -> None:
-        self._draw(Detail(), Timeline())
-        self._device.wait()
-
     def check(self) -> Check:
         """Triangles that the reference lacks, or has beyond these."""
         what = "triangles that differ from the reference"
