@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from trimesh.grouping import unique_rows
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 
@@ -67,16 +68,6 @@ def welded(mesh: TriangleMesh) -> TriangleMesh:
 
     Only positions and triangles remain: the other attributes may differ between the points joined.
     """
-    x, y, z = (mesh.positions + np.float32(0)).T  # -0 becomes 0
-    order = np.lexsort((z, y, x))
-    rows = np.stack([x, y, z], axis=1)[order]
-    fresh = np.ones(len(rows), bool)
-    fresh[1:] = (rows[1:] != rows[:-1]).any(axis=1)
-    point = np.zeros(len(rows), np.int64)
-    point[order] = np.cumsum(fresh) - 1
-    # the sort is stable, so the first of each run of equals has the lowest number
-    lowest = order[fresh]
-    place = np.argsort(lowest, kind="stable")
-    number = np.zeros(len(place), np.int64)
-    number[place] = np.arange(len(place))
-    return TriangleMesh(mesh.positions[lowest[place]], number[point[mesh.triangles]])
+    points = mesh.positions + np.float32(0)  # -0 becomes 0
+    lowest, point = unique_rows(points.view(np.int32), keep_order=True)
+    return TriangleMesh(mesh.positions[lowest], point[mesh.triangles])

@@ -1,78 +1,73 @@
-"""PLY files: the format of the scans, read strictly (every byte accounted for) and written in binary."""
+"""PLY files: the format of the scans.
+
+Read here and not by trimesh, which refuses binary files that mix triangles and quads (what Blender writes)
+and takes a text file that ends early for a smaller mesh.
+"""
 
 from __future__ import annotations
 
+import struct
 import warnings
-from dataclasses import dataclass
+from collections import defaultdict
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+import trimesh
+from numpy.typing import ArrayLike, NDArray
+from trimesh.exchange.ply import export_ply
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 
 _TYPES = {
-    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",
-    "short": "i2", "int16": "i2", "ushort": "u2", "uint16": "u2",
-    "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
-    "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
+    "char": "b", "int8": "b", "uchar": "B", "uint8": "B",
+    "short": "h", "int16": "h", "ushort": "H", "uint16": "H",
+    "int": "i", "int32": "i", "uint": "I", "uint32": "I",
+    "float": "f", "float32": "f", "double": "d", "float64": "d",
 }  # fmt: skip
-_INDICES = ("vertex_indices", "vertex_index")
+"""The letters mean the same to numpy and to struct."""
+_BYTE_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 _UVS = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))
+_NORMALS, _COLOURS = ("nx", "ny", "nz"), ("red", "green", "blue")
 _TAGS = ("sharpness", "bias", "tension")
-_HEADER_LIMIT = 1 << 16
 
 
-@dataclass(frozen=True)
-class _Property:
+class _Property(NamedTuple):
     name: str
-    dtype: str
-    count_dtype: str | None  # of a list's length; None for a plain value
+    kind: str
+    length_kind: str | None = None  # of a list's length; None for a plain value
 
 
-@dataclass(frozen=True)
-class _Element:
-    name: str
-    count: int
-    properties: tuple[_Property, ...]
+Properties = tuple[_Property, ...]
 
 
-def _header(data: bytes) -> tuple[str, list[_Element], int]:
-    """Encoding, elements and where the body starts."""
+def _header(data: bytes) -> tuple[str, dict[str, tuple[int, Properties]], int]:
+    """Encoding; count and properties of each element, in file order; where the body starts."""
+    end = data.find(b"end_header")
+    body = data.find(b"\n", end) + 1
     if data[:3] != b"ply":
         raise ValueError("expected a PLY file, got no 'ply' in its first line")
-    end = data.find(b"end_header")
-    if end < 0:
-        raise ValueError("truncated: expected 'end_header', got the end of the file")
-    body = data.find(b"\n", end) + 1
-    if not body:
+    if end < 0 or not body:
         raise ValueError("truncated: expected data after 'end_header', got the end of the file")
-    encoding = ""
-    elements: list[_Element] = []
-    for line in data[:end].decode("latin-1").splitlines()[1:]:
-        words = line.split()
+    encoding, elements, name = "", {}, ""
+    for line in data[3:end].decode("latin-1").splitlines():
         try:
-            if not words or words[0] in ("comment", "obj_info"):
-                continue
-            if words[0] == "format":
-                encoding = words[1]
-            elif words[0] == "element":
-                elements.append(_Element(words[1], int(words[2]), ()))
-            elif words[0] == "property":
-                last = elements[-1]
-                value = (
-                    _Property(words[4], _TYPES[words[3]], _TYPES[words[2]])
-                    if words[1] == "list"
-                    else _Property(words[2], _TYPES[words[1]], None)
-                )
-                elements[-1] = _Element(last.name, last.count, (*last.properties, value))
-            else:
-                raise ValueError
-        except (ValueError, LookupError):
+            match line.split():
+                case [] | ["comment" | "obj_info", *_]:
+                    pass
+                case ["format", encoding, _] if encoding in _BYTE_ORDERS:
+                    pass
+                case ["element", name, count] if int(count) >= 0 and name not in elements:
+                    elements[name] = (int(count), ())
+                case ["property", *kinds, property_name] if len(kinds) in (1, 3):
+                    order = _BYTE_ORDERS[encoding]
+                    codes = [order + _TYPES[kind] for kind in reversed(kinds) if kind != "list"]
+                    count, before = elements[name]
+                    elements[name] = (count, (*before, _Property(property_name, *codes)))
+                case _:
+                    raise ValueError
+        except (ValueError, LookupError, TypeError):
             raise ValueError(f"expected a PLY header line, got {line.strip()!r}") from None
-    if encoding not in ("ascii", "binary_little_endian", "binary_big_endian"):
-        raise ValueError(f"expected a PLY format that is known, got {encoding!r}")
-    if any(element.count < 0 for element in elements):
-        raise ValueError("expected element counts of at least 0, got a negative one")
     return encoding, elements, body
 
 
@@ -88,103 +83,77 @@ def numbers_in(text: bytes, dtype: type = np.float64) -> NDArray:
             raise ValueError("expected numbers, got something else among them") from None
 
 
-class _Body:
-    """The values after the header, taken element by element."""
-
-    def __init__(self, data: bytes, start: int, encoding: str) -> None:
-        self.order = ">" if encoding == "binary_big_endian" else "<"
-        self.ascii = encoding == "ascii"
-        # ascii: all words as numbers, one unit each; binary: bytes
-        self.values = numbers_in(data[start:]) if self.ascii else np.frombuffer(data, "u1")
-        self.at = 0 if self.ascii else start
-
-    def rows(self, element: _Element) -> dict[str, NDArray]:
-        """Columns of an element by name; a list gives `name` (its values end to end) and `name#` (lengths)."""
-        if element.count == 0 or not element.properties:
-            return {}
-        block, done = self._block(element)
-        parts = [block] if done == element.count else [block, self._walk(element, done)]
-        return {
-            name: np.concatenate([part[name].reshape(-1) for part in parts]) for name in parts[0]
-        }
-
-    def _units(self, dtype: str) -> int:
-        return 1 if self.ascii else np.dtype(dtype).itemsize
-
-    def _take(self, at: int, dtype: str, count: int, element: _Element, row: int):
-        end = at + count * self._units(dtype)
-        if count < 0 or end > len(self.values):
-            raise ValueError(
-                f"truncated: expected {element.count} rows of {element.name!r}, got {row}"
-            )
-        found = self.values[at:end]
-        return (found if self.ascii else found.view(self.order + dtype)), end
-
-    def _block(self, element: _Element) -> tuple[dict[str, NDArray], int]:
-        """The first rows, as far as their lists are as long as in the first one, and their number."""
-        fields: list[tuple[str, str, int]] = []
-        at = self.at
-        for p in element.properties:
-            width = 1
-            if p.count_dtype:
-                length, at = self._take(at, p.count_dtype, 1, element, 0)
-                width = int(length[0])
-                fields.append((p.name + "#", p.count_dtype, 1))
-            fields.append((p.name, p.dtype, width))
-            _, at = self._take(at, p.dtype, width, element, 0)
-        stride = at - self.at
-        rows = min(element.count, (len(self.values) - self.at) // stride)
-        table = self.values[self.at : self.at + rows * stride].reshape(rows, stride)
-        columns: dict[str, NDArray] = {}
-        start = 0
-        for name, dtype, width in fields:
-            end = start + width * self._units(dtype)
-            part = table[:, start:end]
-            # a column of bytes is copied before its bytes are read as numbers
-            columns[name] = part if self.ascii else part.copy().view(self.order + dtype)
-            start = end
-        for name, column in columns.items():
-            if name.endswith("#"):
-                other = np.flatnonzero(column[:rows, 0] != column[0, 0])
-                rows = int(other[0]) if len(other) else rows
-        self.at += rows * stride
-        return {name: column[:rows] for name, column in columns.items()}, rows
-
-    def _walk(self, element: _Element, first: int) -> dict[str, NDArray]:
-        """Row by row from row `first`, for polygons of different sizes."""
-        parts: dict[str, list[NDArray]] = {}
-        for row in range(first, element.count):
-            for p in element.properties:
-                count = 1
-                if p.count_dtype:
-                    length, self.at = self._take(self.at, p.count_dtype, 1, element, row)
-                    count = int(length[0])
-                    parts.setdefault(p.name + "#", []).append(length)
-                values, self.at = self._take(self.at, p.dtype, count, element, row)
-                parts.setdefault(p.name, []).append(values)
-        return {name: np.concatenate(values) for name, values in parts.items()}
+@cache
+def _layout(properties: Properties, lengths: tuple[int, ...]) -> np.dtype:
+    """A row whose lists have these lengths; `name#` is the length that stands before the list `name`."""
+    fields, left = [], list(lengths)
+    for name, kind, length_kind in properties:
+        if length_kind:
+            fields += [(name + "#", length_kind), (name, kind, (left.pop(0),))]
+        else:
+            fields.append((name, kind))
+    return np.dtype(fields)
 
 
-def fans(lengths: NDArray[np.integer], indices: NDArray[np.integer]) -> NDArray[np.int64]:
-    """Polygons as triangle fans from their first corner, (m, 3) int64; those of two corners or less vanish.
+def _lengths(properties: Properties, body: bytes, at: int) -> tuple[int, ...]:
+    """Lengths of the lists of the row at a byte."""
+    found = []
+    for _, kind, length_kind in properties:
+        if length_kind:
+            found.append(int(struct.unpack_from(length_kind, body, at)[0]))
+            at += struct.calcsize(length_kind) + found[-1] * struct.calcsize(kind)
+        else:
+            at += struct.calcsize(kind)
+    return tuple(found)
 
-    `lengths` (n,) are the corners of each polygon, `indices` (sum,) the corners one after another.
-    """
-    lengths = lengths.astype(np.int64)
-    indices = indices.astype(np.int64)
-    if (lengths == 3).all():
-        return indices.reshape(-1, 3)
-    counts = np.maximum(lengths - 2, 0)
-    start = np.repeat(np.cumsum(lengths) - lengths, counts)
-    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    return indices[np.stack([start, start + step + 1, start + step + 2], axis=1)]
+
+Rows = list[tuple[NDArray[np.int64], NDArray]]
+"""Row numbers and a structured array, for each layout that occurs."""
+
+
+def _rows(properties: Properties, count: int, body: bytes, at: int) -> tuple[Rows, int]:
+    """The rows of an element from a byte on, and the byte after them."""
+    if not count or not properties:
+        return [(np.arange(0), np.zeros(0, [(p.name, "f8") for p in properties]))], at
+    layout = _layout(properties, _lengths(properties, body, at))
+    lists = [name for name in layout.fields or () if name.endswith("#")]
+    end = at + count * layout.itemsize
+    if end <= len(body) or not lists:
+        rows = np.frombuffer(body, layout, count, at)
+        if all((rows[name] == rows[name][0]).all() for name in lists):
+            return [(np.arange(count), rows)], end
+    # lists of different lengths: where each row starts is known only from the one before
+    found: dict[np.dtype, list[tuple[int, int]]] = defaultdict(list)
+    for row in range(count):
+        layout = _layout(properties, _lengths(properties, body, at))
+        found[layout].append((row, at))
+        at += layout.itemsize
+    if at > len(body):
+        raise ValueError
+    bytes_, rows = np.frombuffer(body, "u1"), []
+    for layout, places in found.items():
+        numbers, starts = np.array(places).T
+        rows.append(
+            (numbers, bytes_[starts[:, None] + np.arange(layout.itemsize)].view(layout)[:, 0])
+        )
+    return rows, at
+
+
+def _fans(rows: Rows, name: str) -> NDArray[np.int64]:
+    """Polygons as triangle fans from their first corner, in file order; those of two corners or less vanish."""
+    triangles, order = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
+    for numbers, table in rows:
+        corners = table[name].astype(np.int64)
+        for last in range(2, corners.shape[1]):
+            triangles.append(corners[:, [0, last - 1, last]])
+            order.append(numbers)
+    return np.concatenate(triangles)[np.argsort(np.concatenate(order), kind="stable")]
 
 
 def ply_counts(data: bytes) -> tuple[int, int]:
     """Vertices and faces that a PLY header declares; `data` is the start of a file, 64 KiB are enough."""
-    _, elements, _ = _header(data[:_HEADER_LIMIT])
-    counts = {element.name: element.count for element in elements}
-    return counts.get("vertex", 0), counts.get("face", 0)
+    _, elements, _ = _header(data[: 1 << 16])
+    return elements.get("vertex", (0, ()))[0], elements.get("face", (0, ()))[0]
 
 
 def parse_ply(data: bytes) -> TriangleMesh:
@@ -196,60 +165,57 @@ def parse_ply(data: bytes) -> TriangleMesh:
     Raises:
         ValueError: not PLY, truncated, no vertices declared, or a bad value.
     """
-    encoding, elements, start = _header(data)
-    body = _Body(data, start, encoding)
-    tables = {element.name: body.rows(element) for element in elements}
-    declared = {p.name: p for e in elements if e.name == "vertex" for p in e.properties}
-    if not {"x", "y", "z"} <= set(declared):
+    encoding, elements, at = _header(data)
+    kinds = {p.name: p.kind for p in elements.get("vertex", (0, ()))[1]}
+    if not {"x", "y", "z"} <= set(kinds):
         raise ValueError("expected vertices with x, y and z, got none: no mesh in it")
-    if any(e.name == "tristrips" and e.count for e in elements):
+    if "face" not in elements and "tristrips" in elements:
         raise ValueError("expected faces, got triangle strips")
-    vertex, face = tables["vertex"], tables.get("face", {})
-    if not vertex:
-        vertex = {name: np.zeros(0) for name in declared}
+    if encoding == "ascii":  # from here on a binary file of doubles
+        data, at = numbers_in(data[at:]).tobytes(), 0
+    tables: dict[str, Rows] = {}
+    for element, (count, properties) in elements.items():
+        if encoding == "ascii":
+            properties = tuple(_Property(p.name, "d", p.length_kind and "d") for p in properties)
+        try:
+            tables[element], at = _rows(properties, count, data, at)
+        except (ValueError, OverflowError, struct.error):
+            raise ValueError(
+                f"truncated: expected {count} rows of {element!r}, got fewer"
+            ) from None
+    if len(tables["vertex"]) > 1:
+        raise ValueError("expected vertices of one layout, got lists of different lengths")
+    vertex = tables["vertex"][0][1]
 
-    def columns(*names: str) -> NDArray | None:
-        if not all(name in vertex for name in names):
-            return None
-        return np.stack([vertex[name] for name in names], axis=1)
+    def columns(names: tuple[str, ...]) -> NDArray | None:
+        return np.stack([vertex[n] for n in names], axis=1) if set(names) <= set(kinds) else None
 
-    colours = columns("red", "green", "blue")
-    if colours is not None and declared["red"].dtype[0] != "f":
-        colours = colours / float(np.iinfo(declared["red"].dtype).max)
-    name = next((name for name in _INDICES if name in face), None)
-    if face and name is None:
-        raise ValueError(f"expected faces with vertex_indices, got {sorted(face)}")
-    triangles = fans(face[name + "#"], face[name]) if name else np.zeros((0, 3), np.uint32)
-    uvs = next((found for pair in _UVS if (found := columns(*pair)) is not None), None)
-    positions = columns("x", "y", "z")
+    colours = columns(_COLOURS)
+    if colours is not None and (kind := np.dtype(kinds["red"])).kind != "f":
+        colours = colours / float(np.iinfo(kind).max)
+    count, properties = elements.get("face", (0, ()))
+    indices = [p.name for p in properties if p.name in ("vertex_indices", "vertex_index")]
+    if count and not indices:
+        raise ValueError(f"expected faces with vertex_indices, got {[p.name for p in properties]}")
+    triangles = _fans(tables["face"], indices[0]) if count else np.zeros((0, 3), np.uint32)
+    uvs = next((found for pair in _UVS if (found := columns(pair)) is not None), None)
+    positions = columns(("x", "y", "z"))
     assert positions is not None
-    return TriangleMesh(
-        positions, triangles, columns("nx", "ny", "nz"), uvs, colours, columns(*_TAGS)
-    )
+    return TriangleMesh(positions, triangles, columns(_NORMALS), uvs, colours, columns(_TAGS))
 
 
-def ply_parts(mesh: TriangleMesh) -> list[bytes]:
-    """A binary little-endian PLY file of `mesh`, in parts; colours are rounded to 8 bits."""
-    columns: list[tuple[str, str, NDArray]] = []
+def ply_file(mesh: TriangleMesh) -> bytes:
+    """A binary little-endian PLY file of `mesh`; colours are rounded to 8 bits."""
+    colours = mesh.colours
+    if colours is not None:
+        colours = np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
+    columns: dict[str, ArrayLike] = {}
     for names, values in (
-        (("x", "y", "z"), mesh.positions),
-        (("nx", "ny", "nz"), mesh.normals),
-        (_UVS[0], mesh.uvs),
-        (_TAGS, mesh.tags),
-    ):
+        (_NORMALS, mesh.normals), (_UVS[0], mesh.uvs), (_TAGS, mesh.tags), (_COLOURS, colours),
+    ):  # fmt: skip
         if values is not None:
-            columns += [(n, "float", values[:, i]) for i, n in enumerate(names)]
-    if mesh.colours is not None:
-        bytes_ = np.rint(np.clip(mesh.colours, 0, 1) * 255).astype(np.uint8)
-        columns += [(n, "uchar", bytes_[:, i]) for i, n in enumerate(("red", "green", "blue"))]
-    vertices = np.zeros(mesh.vertex_count, [(n, "<" + _TYPES[kind]) for n, kind, _ in columns])
-    for name, _, values in columns:
-        vertices[name] = values
-    faces = np.zeros(mesh.triangle_count, [("n", "u1"), ("corners", "<u4", (3,))])
-    faces["n"] = 3
-    faces["corners"] = mesh.triangles
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {mesh.vertex_count}"]
-    header += [f"property {kind} {name}" for name, kind, _ in columns]
-    header += [f"element face {mesh.triangle_count}"]
-    header += ["property list uchar uint vertex_indices", "end_header", ""]
-    return ["\n".join(header).encode(), vertices.tobytes(), faces.tobytes()]
+            columns |= dict(zip(names, values.T, strict=True))
+    shape = trimesh.Trimesh(
+        mesh.positions, mesh.triangles, vertex_attributes=columns, process=False
+    )
+    return export_ply(shape)

@@ -1,4 +1,4 @@
-"""Mesh files in and out: PLY, OBJ, STL, OFF, glTF and GLB, told apart by their suffix.
+"""Mesh files in and out: PLY, OBJ, STL, OFF, glTF and GLB, told apart by their suffix; trimesh parses most.
 
 Reading ends in a valid TriangleMesh or in one FileError of one line. Writing is atomic: the file appears
 complete under its name, or what was there before stays.
@@ -7,6 +7,7 @@ complete under its name, or what was there before stays.
 from __future__ import annotations
 
 import contextlib
+import io
 import logging
 import os
 import re
@@ -16,15 +17,16 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
+from trimesh.exchange.gltf import export_glb, export_gltf
+from trimesh.exchange.stl import export_stl
+from trimesh.resolvers import FilePathResolver
 
-from lodbench.datasets_gen.gltf import glb_parts, gltf_parts, parse_gltf, read_scene
-from lodbench.datasets_gen.obj import obj_parts, parse_obj
 from lodbench.datasets_gen.order import welded
-from lodbench.datasets_gen.ply import fans, numbers_in, parse_ply, ply_parts
+from lodbench.datasets_gen.ply import parse_ply, ply_file
 from lodbench.datasets_gen.surfaces import TriangleMesh
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".gltf", ".glb")
-_STL_TRIANGLE = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
 
 
 class FileError(ValueError):
@@ -36,7 +38,8 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
 
     Points keep their order and stay unless the format has none to share: STL corners with equal coordinates
     become one point. The meshes of a glTF scene are moved to their places and joined; polygons are split
-    into fans. Normals, uvs and colours come along where the file has them for every point.
+    into triangles. Of PLY the vertices' normals, uvs, colours and tags come along, of OBJ, glTF and GLB their
+    colours.
 
     Raises:
         FileError: no such file, a folder, an unknown suffix, a truncated or broken file, no mesh in it,
@@ -56,7 +59,7 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
         raise FileError(f"{path}: the file is empty (0 bytes)")
     try:
         with _quiet():
-            return read(path, data)
+            return read(data, path)
     except MemoryError:
         raise
     except Exception as error:  # third-party readers raise whatever they like on a broken file
@@ -69,8 +72,8 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
 def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
     """Write `mesh` in the format of the suffix, atomically.
 
-    PLY carries everything; OBJ positions, normals, uvs and colours; glTF and GLB the same, colours only
-    without uvs; OFF positions; STL triangles alone. Colours are rounded to 8 bits except in OBJ.
+    PLY carries everything; glTF and GLB points, triangles, normals and colours; OBJ points, triangles and
+    colours; OFF points and triangles; STL triangles alone. Colours are rounded to 8 bits except in OBJ.
     glTF, GLB and STL cannot hold points without triangles: these are left out.
 
     Raises:
@@ -79,10 +82,9 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
     path = Path(path)
     check_writable(path)
     with _quiet():
-        parts = _WRITERS[path.suffix.lower()](mesh)
+        data = _WRITERS[path.suffix.lower()](mesh)
     with replacing(path) as stream:
-        for part in parts:
-            stream.write(part)
+        stream.write(data)
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
@@ -147,8 +149,8 @@ def _checked_suffix(path: Path, known: dict[str, Callable]) -> Callable:
 def _quiet() -> Iterator[None]:
     """Without the log lines and warnings of third-party readers: what matters becomes an error."""
     logger = logging.getLogger("trimesh")
-    before = logger.disabled
-    logger.disabled = True
+    before = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
@@ -156,89 +158,129 @@ def _quiet() -> Iterator[None]:
             warnings.filterwarnings("error", message="string or file could not be read")
             yield
     finally:
-        logger.disabled = before
+        logger.setLevel(before)
 
 
-def _read_stl(path: Path, data: bytes) -> TriangleMesh:
-    if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
-        corners = np.frombuffer(data, _STL_TRIANGLE, offset=84)["corners"].reshape(-1, 3)
-    else:
+def _joined(data: bytes, path: Path) -> TriangleMesh:
+    """All meshes of a file that trimesh reads, as they are in it: nothing merged or removed."""
+    scene = trimesh.load_scene(
+        io.BytesIO(data),
+        path.suffix.lower()[1:],
+        FilePathResolver(str(path)),
+        process=False,
+        maintain_order=True,
+        skip_materials=True,
+    )
+    mesh = scene.to_mesh()
+    if mesh.is_empty:  # points alone, if anything
+        clouds = [shape for shape in scene.dump() if isinstance(shape, trimesh.PointCloud)]
+        points = np.concatenate([np.zeros((0, 3)), *(cloud.vertices for cloud in clouds)])
+        return TriangleMesh(points, np.zeros((0, 3), np.uint32))
+    coloured = mesh.visual.kind == "vertex"
+    colours = np.asarray(mesh.visual.vertex_colors)[:, :3] / 255 if coloured else None
+    return TriangleMesh(mesh.vertices, mesh.faces.reshape(-1, 3), colours=colours)
+
+
+def _read_obj(data: bytes, path: Path) -> TriangleMesh:
+    data = data.replace(b"\r", b"").replace(b"\\\n", b" ").replace(b"\t", b" ")
+    # one mesh whatever its objects and materials; and corners that are points alone, because trimesh cuts
+    # the mesh where a point has several normals or uvs
+    other = rb"#[^\n]*|^ *(?:[ogs]|usemtl|mtllib)\b[^\n]*|(?<=\d)/\S*|^ +"
+    data = re.sub(other, b"", data, flags=re.MULTILINE)
+    if data.strip() and not re.search(rb"^v ", data, re.MULTILINE):
+        raise ValueError("expected points ('v' lines), got none: no mesh in it")
+    if re.search(rb"^f[^\n]* [+-]?0+(?!\d)", data, re.MULTILINE):
+        raise ValueError("faces: expected numbers from 1, got 0")
+    # trimesh counts relative numbers from the last point of the file
+    relative = re.search(rb"^f[^\n]* -", data, re.MULTILINE)
+    if relative and data.rfind(b"\nv ") > relative.start():
+        raise ValueError("faces: expected relative numbers after the last point, got them before")
+    return _joined(data, path)
+
+
+def _read_stl(data: bytes, path: Path) -> TriangleMesh:
+    size = 84 + 50 * int.from_bytes(data[80:84], "little")
+    if len(data) != size:
         text = data.lower()
         if not text.lstrip().startswith(b"solid"):
-            count = int.from_bytes(data[80:84], "little")
-            raise ValueError(f"truncated or no STL: {count} triangles need {84 + 50 * count} bytes,"
-                             f" got {len(data)}")  # fmt: skip
+            raise ValueError(f"truncated or no STL: expected {size} bytes, got {len(data)}")
         if b"endsolid" not in text or text.count(b"vertex") != 3 * text.count(b"endfacet"):
             raise ValueError("truncated: expected whole facets and 'endsolid'")
-        scene = read_scene(path)
-        parts = [g.vertices for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh)]
-        corners = np.concatenate([np.zeros((0, 3)), *parts])
-        if len(corners) != 3 * text.count(b"endfacet"):
-            raise ValueError("expected facets of three vertices, got something else")
-    # a check before the weld, which compares numbers
-    soup = TriangleMesh(corners, np.arange(len(corners)).reshape(-1, 3))
-    return welded(soup)
+    return welded(_joined(data, path))
 
 
-def _read_off(path: Path, data: bytes) -> TriangleMesh:
-    data = re.sub(rb"#[^\n]*", b"", data) if b"#" in data else data
-    match = re.match(rb"\s*(?:ST)?C?N?OFF\b(?: *BINARY)?\s*(\d+)\s+(\d+)[^\n]*\n?", data)
+def _read_off(data: bytes, path: Path) -> TriangleMesh:
+    data = re.sub(rb"#[^\n]*", b"", data)
+    match = re.match(rb"\s*(?:ST)?C?N?OFF\s+(\d+)\s+(\d+)[^\n]*", data)
     if match is None:
         raise ValueError("expected 'OFF' and the counts of vertices and faces, got neither")
-    vertices, faces = int(match[1]), int(match[2])
-    body = data[match.end() :]
-    numbers = numbers_in(body) if b"C" not in match[0] else np.zeros(0)
-    if len(numbers) == 3 * vertices + 4 * faces and (numbers[3 * vertices :: 4] == 3).all():
-        corners = numbers[3 * vertices :].reshape(faces, 4)[:, 1:].astype(np.int64)
-        return TriangleMesh(numbers[: 3 * vertices].reshape(vertices, 3), corners)
-    # line by line: polygons, or more columns than are wanted here
-    rows = [row for line in body.splitlines() if (row := line.split())]
-    if len(rows) < vertices + faces:
-        raise ValueError(
-            f"truncated: expected {vertices} vertices and {faces} faces, got {len(rows)} lines"
-        )
-    positions = np.array([row[:3] for row in rows[:vertices]], np.float64).reshape(vertices, 3)
-    rows = rows[vertices : vertices + faces]
-    lengths = np.array([int(row[0]) for row in rows], np.int64)
-    corners = [row[1 : 1 + n] for row, n in zip(rows, lengths, strict=True)]
-    if any(len(row) != n for row, n in zip(corners, lengths, strict=True)):
-        raise ValueError(
-            "truncated: expected as many indices in each face as its first number says"
-        )
-    indices = np.array([int(index) for row in corners for index in row], np.int64)
-    return TriangleMesh(positions, fans(lengths, indices))
+    count = int(match[1]) + int(match[2])
+    rows = [row for row in data[match.end() :].splitlines() if row.strip()]
+    last = rows[count - 1].split() if 0 < count <= len(rows) else []
+    if len(rows) < count or (int(match[2]) and len(last) <= int(last[0])):
+        raise ValueError(f"truncated: expected {count} whole vertices and faces, got fewer")
+    return _joined(data, path)
 
 
-def _stl_parts(mesh: TriangleMesh) -> list[bytes]:
-    rows = np.zeros(mesh.triangle_count, _STL_TRIANGLE)
-    rows["corners"] = mesh.positions[mesh.triangles]
-    a, b, c = rows["corners"].astype(np.float64).transpose(1, 0, 2)
-    normals = np.cross(b - a, c - a)
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    rows["normal"] = normals / np.where(length > 0, length, 1)
-    header = b"triangle mesh".ljust(80) + mesh.triangle_count.to_bytes(4, "little")
-    return [header, rows.tobytes()]
+def _read_glb(data: bytes, path: Path) -> TriangleMesh:
+    size = int.from_bytes(data[8:12], "little")
+    if data[:4] != b"glTF":
+        raise ValueError("expected a GLB file, got no 'glTF' at its start")
+    if size > len(data):
+        raise ValueError(f"truncated: expected {size} bytes, got {len(data)}")
+    return _joined(data, path)
 
 
-def _off_parts(mesh: TriangleMesh) -> list[bytes]:
-    points = ("%.9g %.9g %.9g\n" * mesh.vertex_count) % tuple(mesh.positions.ravel().tolist())
-    faces = ("3 %d %d %d\n" * mesh.triangle_count) % tuple(mesh.triangles.ravel().tolist())
-    return [f"OFF\n{mesh.vertex_count} {mesh.triangle_count} 0\n{points}{faces}".encode()]
+def _scene(mesh: TriangleMesh) -> trimesh.Scene:
+    colours = mesh.colours
+    if colours is not None:
+        colours = np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
+    shape = trimesh.Trimesh(
+        mesh.positions,
+        mesh.triangles,
+        vertex_normals=mesh.normals,
+        vertex_colors=colours,
+        process=False,
+    )
+    return trimesh.Scene(shape)
 
 
-_READERS: dict[str, Callable[[Path, bytes], TriangleMesh]] = {
-    ".ply": lambda path, data: parse_ply(data),
-    ".obj": lambda path, data: parse_obj(data),
+def _lines(form: str, rows: NDArray) -> str:
+    """One line per row; nine digits keep every float32, the fixed decimals of trimesh do not."""
+    return (form + "\n") * len(rows) % tuple(rows.ravel().tolist())
+
+
+def _obj_file(mesh: TriangleMesh) -> bytes:
+    points = mesh.positions
+    if mesh.colours is not None:
+        points = np.concatenate([points, mesh.colours], axis=1)
+    text = "# triangle mesh\n" + _lines("v" + " %.9g" * points.shape[1], points)
+    return (text + _lines("f %d %d %d", mesh.triangles + 1)).encode()
+
+
+def _off_file(mesh: TriangleMesh) -> bytes:
+    text = f"OFF\n{mesh.vertex_count} {mesh.triangle_count} 0\n"
+    text += _lines("%.9g %.9g %.9g", mesh.positions)
+    return (text + _lines("3 %d %d %d", mesh.triangles)).encode()
+
+
+def _stl_file(mesh: TriangleMesh) -> bytes:
+    return export_stl(trimesh.Trimesh(mesh.positions, mesh.triangles, process=False))
+
+
+_READERS: dict[str, Callable[[bytes, Path], TriangleMesh]] = {
+    ".ply": lambda data, path: parse_ply(data),
+    ".obj": _read_obj,
     ".stl": _read_stl,
     ".off": _read_off,
-    ".gltf": parse_gltf,
-    ".glb": parse_gltf,
+    ".gltf": _joined,
+    ".glb": _read_glb,
 }
-_WRITERS: dict[str, Callable[[TriangleMesh], list[bytes]]] = {
-    ".ply": ply_parts,
-    ".obj": obj_parts,
-    ".stl": _stl_parts,
-    ".off": _off_parts,
-    ".gltf": gltf_parts,
-    ".glb": glb_parts,
+_WRITERS: dict[str, Callable[[TriangleMesh], bytes]] = {
+    ".ply": ply_file,
+    ".obj": _obj_file,
+    ".stl": _stl_file,
+    ".off": _off_file,
+    ".gltf": lambda mesh: export_gltf(_scene(mesh), embed_buffers=True)["model.gltf"],
+    ".glb": lambda mesh: export_glb(_scene(mesh)),
 }

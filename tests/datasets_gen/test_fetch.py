@@ -9,11 +9,11 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 import pytest
 
 from lodbench.datasets_gen import catalogue, fetch, triangles
-from lodbench.datasets_gen.ply import ply_parts
+from lodbench.datasets_gen.ply import ply_file
 from lodbench.datasets_gen.read import FileError, read_mesh
 
 MESH = triangles.torus(9, 5)
-DATA = b"".join(ply_parts(MESH))
+DATA = ply_file(MESH)
 
 
 class Silent(SimpleHTTPRequestHandler):

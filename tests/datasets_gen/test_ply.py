@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from lodbench.datasets_gen import triangles
-from lodbench.datasets_gen.ply import fans, parse_ply, ply_counts, ply_parts
+from lodbench.datasets_gen.ply import parse_ply, ply_counts, ply_file
 
 POINTS = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
 
@@ -59,7 +59,7 @@ def test_ply_ascii_truncated_anywhere_is_refused():
         ("ply\nformat ascii 2.0\nproperty float x\nend_header\n", "header line"),
         ("ply\nformat zip 1.0\nend_header\n", "format"),
         ("ply\nformat ascii 1.0\nend_header\n", "no mesh in it"),
-        ("ply\nformat ascii 1.0\nelement vertex -1\nproperty float x\nend_header\n", "negative"),
+        ("ply\nformat ascii 1.0\nelement vertex -1\nproperty float x\nend_header\n", "header line"),
         (header(4, 1) + POINTS + "3 0 1 4\n", "faces: expected indices from 0 to 3, got 4"),
         (header(4, 1) + POINTS + "3 0 1 -1\n", "faces: expected indices from 0 to 3, got -1"),
         (header(4, 1) + POINTS + "3 0 one 2\n", "expected numbers"),
@@ -76,8 +76,8 @@ def test_ply_faults_are_named(text, message):
 
 
 def test_ply_counts_reads_the_header_alone():
-    data = b"".join(ply_parts(triangles.plane(3)))
-    assert ply_counts(data[:300]) == (16, 18)
+    data = ply_file(triangles.plane(3))
+    assert ply_counts(data[:400]) == (16, 18)
 
 
 def test_ply_elements_may_come_in_any_order():
@@ -90,9 +90,20 @@ def test_ply_elements_may_come_in_any_order():
     assert mesh.triangles.tolist() == [[2, 1, 0]]
 
 
-def test_fans_of_polygons_of_all_sizes():
-    lengths = np.array([3, 0, 5, 1, 2, 4])
-    corners = np.arange(15)
-    expected = [[0, 1, 2], [3, 4, 5], [3, 5, 6], [3, 6, 7], [11, 12, 13], [11, 13, 14]]
-    assert fans(lengths, corners).tolist() == expected
-    assert fans(np.zeros(0, int), np.zeros(0, int)).shape == (0, 3)
+def polygons(form, corners):
+    """A PLY file of fifteen points and these polygons."""
+    text = header(15, len(corners), form=form)
+    points = np.zeros((15, 3))
+    if form == "ascii":
+        rows = [*points.tolist(), *([len(row), *row] for row in corners)]
+        return (text + "".join(" ".join(map(str, row)) + "\n" for row in rows)).encode()
+    faces = [bytes([len(row)]) + np.array(row, "<i4").tobytes() for row in corners]
+    return text.encode() + points.astype("<f4").tobytes() + b"".join(faces)
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian"])
+def test_ply_polygons_of_all_sizes_become_fans_in_their_order(form):
+    corners = [[0, 1, 2], [], [3, 4, 5, 6, 7], [8], [9, 10], [11, 12, 13, 14], [0, 2, 4]]
+    expected = [[0, 1, 2], [3, 4, 5], [3, 5, 6], [3, 6, 7], [11, 12, 13], [11, 13, 14], [0, 2, 4]]
+    assert parse_ply(polygons(form, corners)).triangles.tolist() == expected
+    assert parse_ply(polygons(form, corners[1:2])).triangle_count == 0
