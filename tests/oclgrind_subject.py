@@ -86,6 +86,7 @@ def surfaces(takes):
         yield "quilt", quilt(1, 2, 2)
     if GeometryImage in takes:
         yield "image", geometry_image()
+        yield "image in runs", geometry_image(4)  # wide enough for the vector paths
 
 
 def draw(device, prepared, subject):

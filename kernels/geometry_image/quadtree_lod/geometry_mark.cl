@@ -78,6 +78,12 @@ static inline uchar8 eight_above(const Level level, const uint x, const uint y)
     return y + 1 < level.across ? eight_states(level, x, y + 1) : eight_states(level, level.across - 8 - x, y).s76543210;
 }
 
+// 1 where the state is 0, of states up to 2, by arithmetic: no vector of truth values has to become one of bytes
+static inline uchar8 eight_coarse(const uchar8 states)
+{
+    return ((states | (states >> (uchar8)1)) & (uchar8)1) ^ (uchar8)1;
+}
+
 // samples i to i + 15 of row j, i a multiple of 16, from the eight smallest merged nodes beside them
 static inline uchar16 flags_at(__global const uchar *states, const uint i, const uint j, const uint n)
 {
@@ -89,17 +95,15 @@ static inline uchar16 flags_at(__global const uchar *states, const uint i, const
         uchar8 left = own.s00123456, right = own.s12345677;
         left.s0 = state_left(level, x, y);
         right.s7 = state_right(level, x + 7, y);
-        const char8 beside = left == (uchar8)0;
-        const char8 any = beside | (right == (uchar8)0) | (eight_below(level, x, y) == (uchar8)0)
-                        | (eight_above(level, x, y) == (uchar8)0);
-        const char8 coarse = own == (uchar8)0, drawn = own == (uchar8)2;
-        const char16 flags = (char16)(coarse | beside, coarse | (drawn & any)).s08192a3b4c5d6e7f;
-        return as_uchar16(flags & (char16)1);
+        const uchar8 coarse = eight_coarse(own), beside = eight_coarse(left);
+        const uchar8 any = beside | eight_coarse(right) | eight_coarse(eight_below(level, x, y))
+                         | eight_coarse(eight_above(level, x, y));
+        return (uchar16)(coarse | beside, coarse | ((own >> (uchar8)1) & any)).s08192a3b4c5d6e7f;
     }
     const bool top = j >> n != 0; // the row between nodes: edges, and samples of the next coarser image
     const uint y = top ? level.across - 1 : j / 2;
-    const char8 coarse = (eight_states(level, x, y) == (uchar8)0)
-                       | ((top ? eight_above(level, x, y) : eight_below(level, x, y)) == (uchar8)0);
+    const uchar8 coarse = eight_coarse(eight_states(level, x, y))
+                        | eight_coarse(top ? eight_above(level, x, y) : eight_below(level, x, y));
     uchar8 coarser;
     coarser.s0 = flag_at(states, i, j, n);
     coarser.s1 = flag_at(states, i + 2, j, n);
@@ -109,7 +113,7 @@ static inline uchar16 flags_at(__global const uchar *states, const uint i, const
     coarser.s5 = flag_at(states, i + 10, j, n);
     coarser.s6 = flag_at(states, i + 12, j, n);
     coarser.s7 = flag_at(states, i + 14, j, n);
-    return (uchar16)(coarser, as_uchar8(coarse & (char8)1)).s08192a3b4c5d6e7f;
+    return (uchar16)(coarser, coarse).s08192a3b4c5d6e7f;
 }
 #endif
 
