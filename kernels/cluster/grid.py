@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ MAX_CELLS = 2**27
 Cells = int | float | tuple[int, int, int]
 
 
-def check_cells(cells: object) -> None:
+def check_cells(cells: Any) -> None:
     """Refuse anything but a real number of cells along the longest axis, or three counts.
 
     Raises:
@@ -114,7 +115,7 @@ class Grid:
         return math.prod(self.counts)
 
     @property
-    def arguments(self) -> dict[str, tuple[float, ...]]:
+    def arguments(self) -> dict[str, tuple[Any, ...]]:
         """What a kernel that calls `common/grid.cl` is given."""
         return {
             "low": (*self.low, self.prescale),

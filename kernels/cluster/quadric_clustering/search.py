@@ -5,20 +5,17 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.grid import MAX_CELLS, Grid
 from lodbench.kernels.cluster.quadric_clustering.host import QuadricClustering
+from lodbench.kernels.cluster.quadric_clustering.params import Params
 from lodbench.kernels.cluster.quadric_clustering.upload import FOLDER, Upload
 from lodbench.kernels.device import Device
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.stages.timeline import Timeline
-
-if TYPE_CHECKING:
-    from lodbench.kernels.cluster.quadric_clustering import Params
 
 CLOSE = 0.95  # at least this share of the target counts as met
 _SAMPLE = 1 << 16  # triangles of a first, rough count

@@ -1,0 +1,47 @@
+"""The parameters of quadric vertex clustering."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lodbench.kernels.cluster.grid import Cells, check_cells
+
+
+@dataclass(frozen=True)
+class Params:
+    """How to simplify.
+
+    Attributes:
+        cells: cubic cells along the longest box edge (a real number: the last cell is cut), or (nx, ny, nz); at most
+            2**27 in all.
+        placement: "robust", the minimum regularised towards the mean of the corners with 1e-3 of the trace, with 1e-2
+            and 1e-1 where the step is longer than a cell, else the mean; "paper", the minimum where det(A) > 1e-11 in a
+            unit box, else the mean; "average", the mean of the corners.
+        strategy: "fused", passes 1 and 3 in one walk over the triangles; "separate", three passes timed apart. Both
+            give the same triangles and bits.
+        accumulate: "private", one float map per share of the triangles, added up at the end; "fixed_point", one map of
+            64-bit integers and atomics, always in separate passes; "auto": private on a CPU. Each gives the same bits
+            on every run; fixed_point also for any order of the triangles.
+        chunks: private maps, 1 to 4; the number decides how sums are rounded, so it belongs to the parameters.
+        remove_duplicates: of output triangles with the same three vertices, whichever way they face, keep the first.
+    """
+
+    cells: Cells = 64
+    placement: str = "robust"
+    strategy: str = "fused"
+    accumulate: str = "auto"
+    chunks: int = 2
+    remove_duplicates: bool = False
+
+    def __post_init__(self) -> None:
+        check_cells(self.cells)
+        for name, allowed in (
+            ("placement", ("robust", "paper", "average")),
+            ("strategy", ("fused", "separate")),
+            ("accumulate", ("auto", "private", "fixed_point")),
+        ):
+            if getattr(self, name) not in allowed:
+                expected = ", ".join(allowed)
+                raise ValueError(f"{name}: expected one of {expected}, got {getattr(self, name)!r}")
+        if not 1 <= self.chunks <= 4:
+            raise ValueError(f"chunks: expected 1 to 4, got {self.chunks}")
