@@ -11,9 +11,11 @@ P1 .. P2  6 7 8 9          v = j / segments                weight of P2
 from __future__ import annotations
 
 import numpy as np
+import psutil
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, Indices, TriangleMesh
+from lodbench.kernels.driver import Unsupported
 
 MOST_SEGMENTS = 4096
 
@@ -90,6 +92,24 @@ def lattice_sharing(triangles: Indices, segments: int) -> tuple[NDArray[np.int64
     return welded, total + count * len(inside)
 
 
+def check_room(triangle_count: int, segments: int) -> None:
+    """Refuse a result that this machine could not hold, before any work is done on it.
+
+    Raises:
+        ValueError: more vertices than 32-bit indices can name.
+        Unsupported: more bytes than the machine has left, points, normals and triangles twice over.
+    """
+    vertices = triangle_count * lattice_vertex_count(segments)
+    if vertices > 2**32:
+        raise ValueError(f"segments: expected at most 2**32 vertices in all, got {vertices:,}")
+    needed = 2 * (24 * vertices + 12 * triangle_count * segments * segments)
+    available = psutil.virtual_memory().available
+    if needed > available:
+        raise Unsupported(
+            f"segments: needs {needed:,} bytes of memory for the result, machine has {available:,}"
+        )
+
+
 def refined_mesh(
     mesh: TriangleMesh, segments: int, positions: Floats, normals: Floats
 ) -> TriangleMesh:
@@ -98,13 +118,10 @@ def refined_mesh(
     What else `mesh` has (uvs, colours, tags) is interpolated along.
 
     Raises:
-        ValueError: more vertices than 32-bit indices can name.
+        ValueError, Unsupported: see `check_room`.
     """
+    check_room(mesh.triangle_count, segments)
     vertices = lattice_vertex_count(segments)
-    if mesh.triangle_count * vertices > 2**32:
-        raise ValueError(
-            f"segments: expected at most 2**32 vertices in all, got {mesh.triangle_count * vertices}"
-        )
     first = np.arange(mesh.triangle_count, dtype=np.uint32)[:, None, None] * np.uint32(vertices)
     triangles = (lattice_triangles(segments)[None] + first).reshape(-1, 3)
     weights = lattice_weights(segments).astype(np.float32)

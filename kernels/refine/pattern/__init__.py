@@ -17,7 +17,7 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.api import Result
 from lodbench.kernels.device import Device
-from lodbench.kernels.refine.lattice import MOST_SEGMENTS
+from lodbench.kernels.refine.lattice import MOST_SEGMENTS, check_room
 from lodbench.kernels.refine.pattern.host import Pattern, prepare
 from lodbench.kernels.system import Frame, System, run
 
@@ -78,7 +78,9 @@ def refine(
     Welded, the coarse vertices in use come first and `vertex_map` says where; else there is none, since every coarse
     triangle has its own.
     """
-    prepared = prepare(device, mesh, Params(segments, **options))
+    params = Params(segments, **options)
+    check_room(mesh.triangle_count, segments)
+    prepared = prepare(device, mesh, params)
     frame = run(device, prepared, Frame(time=time))
     vertex_map = None
     if weld:
