@@ -122,6 +122,6 @@ def test_result_larger_than_memory_is_refused_before_any_work(monkeypatch):
         check_room(6000, 4000)
     memory = SimpleNamespace(available=10_000)
     monkeypatch.setattr(lattice.psutil, "virtual_memory", lambda: memory)
-    with pytest.raises(Unsupported, match="segments: needs .* machine has 10,000"):
+    with pytest.raises(Unsupported, match=r"segments: needs .* machine has 10,000"):
         check_room(100, 16)
     check_room(1, 4)
