@@ -41,6 +41,7 @@ def _candidates() -> Iterator[str]:
         if family.ispkg:
             yield from _packages(f"lodbench.kernels.{family.name}")
     yield from _packages(BASELINES)
+    yield from _packages(f"{BASELINES}.gl")
 
 
 @cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
@@ -24,19 +25,23 @@ STAGES = {
 }
 
 
-@cache
 def context() -> Any:
-    """The one EGL context of this process, shared by all subjects.
+    """The one EGL context of this process, shared by all subjects, made current again.
 
     Raises:
         Unsupported: no moderngl, no EGL, or no driver with OpenGL 3.3.
     """
+    return _context().__enter__()  # others in this process may have made theirs current
+
+
+@cache
+def _context() -> Any:
     try:
         import moderngl
     except ImportError as error:
         raise Unsupported(f"needs moderngl, this environment has none: {error}") from None
     try:
-        return moderngl.create_context(standalone=True, backend="egl", require=330)
+        return moderngl.create_standalone_context(require=330, backend="egl")  # pyright: ignore
     except Exception as error:  # the loader raises whatever the missing library raised
         raise Unsupported(
             f"needs an OpenGL 3.3 driver through EGL (libegl1, libgl1-mesa-dri), machine has: {error}"
@@ -61,8 +66,30 @@ def assign(program: Any, values: Mapping[str, Any]) -> None:
             program[name].value = value
 
 
+@cache
+def _function(name: str, *arguments: Any) -> Any:
+    """An OpenGL entry point by its name; needs the context to be current."""
+    loader = ctypes.CDLL("libEGL.so.1").eglGetProcAddress
+    loader.restype, loader.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
+    return ctypes.CFUNCTYPE(None, *arguments)(loader(name.encode()))
+
+
+def keep_patches(array: Any, program: Any, buffer: Any) -> None:
+    """Transform feedback of patches as triangles, nothing drawn: what moderngl's `transform` does not know."""
+    gl, number = context(), ctypes.c_uint
+    discard, feedback, triangles = 0x8C89, 0x8C8E, 0x0004
+    _function("glUseProgram", number)(program.glo)
+    _function("glBindBufferBase", number, number, number)(feedback, 0, buffer.glo)
+    _function("glEnable", number)(discard)
+    _function("glBeginTransformFeedback", number)(triangles)
+    array.render(gl.PATCHES)
+    _function("glEndTransformFeedback")()
+    _function("glDisable", number)(discard)
+    _ = gl.error  # the program was made current twice, which feedback reports and ignores
+
+
 class Canvas:
-    """Colour (8 bits per channel) and depth (32-bit float) of one image, with its background.
+    """Colour (8 bits per channel) and depth (24 bits) of one image, with its background.
 
     Args:
         width: pixels.

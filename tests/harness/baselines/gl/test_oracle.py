@@ -1,0 +1,153 @@
+"""Real shader stages as oracle: what the kernels give against what an OpenGL driver gives."""
+
+import numpy as np
+import pytest
+
+from lodbench.datasets_gen.triangles import displaced_icosphere, icosphere, terrain, torus
+from lodbench.harness.registry import systems
+from lodbench.kernels.device import Unsupported
+from lodbench.kernels.image import psnr
+from lodbench.kernels.render import mesh_view, upload_surface
+from lodbench.kernels.stages.camera import look_at
+from lodbench.kernels.stages.look import Look
+from lodbench.kernels.stages.raster import EMPTY_ID, Raster
+from lodbench.kernels.system import Frame, Timeline, run
+from tests.tolerances import GL_COVERAGE, GL_DEPTH, GL_PSNR, GL_REPRESENTATIVE, GL_VERTEX
+
+pytestmark = pytest.mark.gl
+SIZE = (640, 512)
+
+
+@pytest.fixture(autouse=True)
+def needs_gl(gl):
+    """Every test here talks to the driver."""
+
+
+def prepare(name, device, mesh, **params):
+    system = systems()[name]
+    kind = type(next(iter(system.cases.values())))
+    try:
+        return system.prepare(device, mesh, kind(**params))
+    except Unsupported as reason:
+        pytest.skip(str(reason))
+
+
+@pytest.mark.parametrize("segments", [1, 2, 7, 16])
+@pytest.mark.parametrize("name", ["gl_pattern", "gl_static_vbo"])
+def test_pattern_gives_the_points_and_normals_of_the_vertex_shader(device, name, segments):
+    mesh = displaced_icosphere(4)
+    shader = prepare(name, device, mesh, segments=segments, output="points").result()[0]
+    kernel = prepare("pattern", device, mesh, segments=segments)
+    run(device, kernel)
+    ours = kernel.result()[0]
+    np.testing.assert_array_equal(ours.triangles, shader.triangles)
+    scale = np.abs(ours.positions).max()
+    assert np.abs(ours.positions - shader.positions).max() <= GL_VERTEX * scale
+    assert np.abs(ours.normals - shader.normals).max() <= GL_VERTEX
+
+
+@pytest.mark.parametrize("segments", [1, 2, 5, 8])
+def test_pattern_covers_the_triangles_of_the_tessellation_stages(device, segments):
+    mesh = icosphere(1)
+    prepared = prepare("gl_tessellation", device, mesh, segments=segments, output="points")
+    assert prepared.check().passed
+    shader = prepared.result()[0]
+    assert shader.triangle_count == prepared.counters()["triangles"]
+    kernel = prepare("pattern", device, mesh, segments=segments)
+    run(device, kernel)
+    areas = [
+        np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+        for a, b, c in (
+            m.positions[m.triangles].swapaxes(0, 1) for m in (shader, kernel.result()[0])
+        )
+    ]
+    np.testing.assert_allclose(*areas, rtol=1e-5)
+
+
+def pixels(device, mesh, view, look):
+    """Ours and the driver's: image, what is covered, depth."""
+    size = (view.width, view.height)
+    surface = upload_surface(device, mesh)
+    raster = Raster(device, surface, *size, look)
+    raster(surface, Frame(view), Timeline())
+    depth, ids = raster.keys()
+    shader = prepare("gl_static_vbo", device, mesh, width=size[0], height=size[1])
+    shader.enqueue(Frame(view), Timeline())
+    depths = shader.canvas.depths()
+    return (raster.image(), ids != EMPTY_ID, depth), (shader.image(), depths < 1, depths)
+
+
+def away_from_outlines(covered, depth):
+    """Pixels whose eight neighbours are covered too and lie near the plane through them."""
+    inside = np.zeros_like(covered)
+    inside[1:-1, 1:-1] = True
+    bend = np.zeros(depth.shape)
+    for dy in (-1, 0, 1):
+        for dx in (-1, 0, 1):
+            inside &= np.roll(covered, (dy, dx), (0, 1))
+            pair = np.roll(depth, (dy, dx), (0, 1)) + np.roll(depth, (-dy, -dx), (0, 1))
+            bend = np.maximum(bend, np.abs(pair - 2 * depth))
+    return inside & (bend < 2e-3 * np.ptp(depth[covered]))
+
+
+MESHES = {
+    "sphere": icosphere(4),
+    "bumps": displaced_icosphere(30),
+    "torus": torus(120, 60),
+    "terrain": terrain(100),
+}
+
+
+def assert_same_picture(device, mesh, view):
+    ours, theirs = pixels(device, mesh, view, Look())
+    assert ours[1].any()
+    assert (ours[1] != theirs[1]).mean() < GL_COVERAGE
+    where = away_from_outlines(*ours[1:]) & away_from_outlines(*theirs[1:])
+    assert where.mean() > 0.05
+    assert psnr(ours[0], theirs[0], where) >= GL_PSNR
+    assert np.abs(ours[2] - theirs[2])[where].max() <= GL_DEPTH
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_image_is_the_drivers(device, name):
+    assert_same_picture(device, MESHES[name], mesh_view(MESHES[name], size=SIZE))
+
+
+def test_image_from_within_and_across_the_near_plane_is_the_drivers(device):
+    # the eye inside the torus' tube: triangles behind it, across the near plane and far outside the image
+    view = look_at((1.0, 0.05, 0), (1.0, 0.0, -1.0), size=SIZE, near=0.05, far=10, fov_y=75)
+    assert_same_picture(device, MESHES["torus"], view)
+
+
+@pytest.mark.parametrize("name", ["bunny_69k", "dragon_100k"])
+def test_image_of_a_scan_is_the_drivers(device, data_folder, name):
+    from lodbench.datasets_gen.read import read_mesh
+
+    mesh = read_mesh(data_folder / "meshes" / f"{name}.ply")
+    assert_same_picture(device, mesh, mesh_view(mesh, size=SIZE))
+
+
+def assert_same_clusters(device, mesh, cells, placement):
+    shader = prepare("gl_quadric_clustering", device, mesh, cells=cells, placement=placement)
+    run(device, shader)
+    kernel = prepare("quadric_clustering", device, mesh, cells=cells, placement=placement)
+    run(device, kernel)
+    assert shader.check().passed
+    theirs, ours = shader.result()[0], kernel.result()[0]
+    np.testing.assert_array_equal(theirs.triangles, ours.triangles)
+    cell = (mesh.box[1] - mesh.box[0]).max() / cells
+    off = np.linalg.norm(theirs.positions - ours.positions, axis=1) / cell
+    assert np.median(off) <= GL_REPRESENTATIVE
+
+
+@pytest.mark.parametrize("placement", ["robust", "paper", "average"])
+@pytest.mark.parametrize("cells", [2, 7, 40])
+def test_clusters_are_those_of_the_published_passes(device, cells, placement):
+    assert_same_clusters(device, displaced_icosphere(30), cells, placement)
+
+
+def test_clusters_of_the_bunny_are_those_of_the_published_passes(device, data_folder):
+    from lodbench.datasets_gen.read import read_mesh
+
+    mesh = read_mesh(data_folder / "meshes" / "bunny_69k.ply")
+    assert_same_clusters(device, mesh, 90, "robust")

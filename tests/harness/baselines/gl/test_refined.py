@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.triangles import icosphere
+from lodbench.harness.baselines.gl.driver import driver_name
+from lodbench.harness.baselines.gl.gl_tessellation import ring_triangles
+from lodbench.harness.baselines.gl.refined import Params
+from lodbench.harness.registry import systems
+from lodbench.kernels.render import mesh_view
+from lodbench.kernels.system import Frame, Timeline, Unsupported, run
+
+pytestmark = pytest.mark.gl
+NAMES = ("gl_static_vbo", "gl_pattern", "gl_tessellation")
+
+
+@pytest.fixture(autouse=True)
+def needs_gl(gl):
+    """Every test here talks to the driver."""
+
+
+def prepare(name, device, mesh, params):
+    try:
+        return systems()[name].prepare(device, mesh, params)
+    except Unsupported as reason:
+        pytest.skip(str(reason))
+
+
+def test_driver_has_a_name():
+    assert driver_name()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_frame_draws_the_same_picture_whatever_the_stages(device, name):
+    mesh, params = icosphere(2), Params(4, width=160, height=128)
+    picture = prepare(name, device, mesh, params)
+    run(device, picture)
+    stored = prepare("gl_static_vbo", device, mesh, params)
+    run(device, stored)
+    assert picture.image().shape == (128, 160, 3)
+    assert (np.abs(picture.image().astype(int) - stored.image()).max(-1) > 3).mean() < 0.01
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_frame_follows_the_view_and_refuses_another_size(device, name):
+    mesh = icosphere(1)
+    prepared = prepare(name, device, mesh, Params(2, width=96, height=64))
+    run(device, prepared)
+    first = prepared.image()
+    prepared.enqueue(Frame(mesh_view(mesh, (200, -30), (96, 64))), Timeline())
+    assert (prepared.image() != first).any()
+    with pytest.raises(ValueError, match="view: expected 96 x 64 pixels, got 1280 x 1024"):
+        prepared.enqueue(Frame(mesh_view(mesh)), Timeline())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_empty_mesh_draws_the_background(device, name):
+    prepared = prepare(
+        name,
+        device,
+        TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int)),
+        Params(2, width=40, height=30),
+    )
+    run(device, prepared)
+    assert prepared.check().passed
+    image = prepared.image()
+    np.testing.assert_array_equal(image, image[:, :1].repeat(40, 1))
+
+
+@pytest.mark.parametrize(("segments", "triangles"), [(1, 1), (2, 6), (3, 13), (4, 24), (16, 384)])
+def test_rings_of_the_tessellator_are_counted(segments, triangles):
+    assert ring_triangles(segments) == triangles
+
+
+def test_tessellation_past_the_drivers_limit_is_unsupported(device):
+    with pytest.raises(Unsupported, match="segments"):
+        systems()["gl_tessellation"].prepare(device, icosphere(0), Params(100_000))
+
+
+def test_params_are_checked():
+    with pytest.raises(ValueError, match="segments: expected at least 1, got 0"):
+        Params(0)
+    with pytest.raises(ValueError, match="output: expected image or points, got 'film'"):
+        Params(1, "film")
