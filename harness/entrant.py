@@ -14,7 +14,9 @@ from lodbench.harness import registry
 from lodbench.harness.group import Context, Subject
 from lodbench.harness.timing import VERY_SLOW_S, PeakMemory, take
 from lodbench.kernels.device import Device, DeviceError, Unsupported
-from lodbench.kernels.system import Prepared, System, Timeline, run
+from lodbench.kernels.render import mesh_view
+from lodbench.kernels.stages.raster import Raster
+from lodbench.kernels.system import Frame, Prepared, System, Timeline, run
 
 Record = Callable[..., None]  # (kind, **row): appends a row about this subject
 
@@ -28,6 +30,8 @@ class Entrant:
     reason: str = ""
     device: Device | None = None
     prepared: Prepared | None = None
+    raster: Raster | None = None
+    view: Frame = field(default_factory=Frame)
     first_s: float = 0.0
     facts: dict[str, Any] = field(default_factory=dict)
     mesh: TriangleMesh | None = None
@@ -59,6 +63,8 @@ class Entrant:
             self.first_s = first.wall_s
             record("sample", **vars(replace(first, warmup=first.wall_s <= VERY_SLOW_S)))
             self._judge(keep_mesh)
+            if self.subject.draw and self.subject.draw.apart and self.status == "ok":
+                self._draw_apart(surface)
         except Exception as error:
             if not self.fail(error):
                 raise
@@ -80,13 +86,41 @@ class Entrant:
 
     def frame(self) -> Timeline | None:
         """Run one frame and wait; None when that failed, and the subject is out."""
+        draw = self.subject.draw
+        return self._run(None if draw is None or draw.apart else self.raster)
+
+    def whole_frame(self) -> Timeline | None:
+        """Run one frame with raster and shading where samples are taken without; None when that failed."""
+        return self._run(self.raster)
+
+    def _run(self, raster: Raster | None) -> Timeline | None:
         assert self.device is not None and self.prepared is not None
         try:
-            return run(self.device, self.prepared)
+            return run(self.device, self.prepared, self.view, raster)
         except Exception as error:
             if not self.fail(error):
                 raise
             return None
+
+    def _open_raster(self, surface: Any) -> None:
+        """The raster of what `prepared` leaves, and the view.
+
+        Raises:
+            Unsupported: it leaves no surface on the device, or the device has no room for the raster.
+        """
+        draw, prepared = self.subject.draw, self.prepared
+        assert draw is not None and prepared is not None and self.device is not None
+        if prepared.output is None:
+            raise Unsupported("needs a surface on the device to draw, subject leaves none")
+        self.raster = Raster(self.device, prepared.output, *draw.size)
+        self.view = Frame(mesh_view(surface, size=draw.size))
+
+    def _draw_apart(self, surface: Any) -> None:
+        """Make ready for whole frames; without one its time stays unknown, and the subject goes on."""
+        try:
+            self._open_raster(surface)
+        except Unsupported as error:
+            self.facts["frame_reason"] = str(error)
 
     def _prepare(
         self,
@@ -115,6 +149,8 @@ class Entrant:
         memory, start = process.memory_info().rss, time.perf_counter()
         self.prepared = owner.prepare(self.device, surface, params)
         seconds = time.perf_counter() - start
+        if subject.draw and not subject.draw.apart:
+            self._open_raster(surface)
         setup = self.prepared.setup
         record(
             "setup", subject=subject.name, system=owner.name, params=params,

@@ -10,6 +10,7 @@ from lodbench.datasets_gen import catalogue
 from lodbench.harness import registry
 from lodbench.harness.record import plain
 from lodbench.kernels.device import Device
+from lodbench.kernels.stages.camera import TABLE_SIZE
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,18 @@ Overrides = Mapping[str, Any] | Callable[[Context], Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
+class Draw:
+    """Raster and shading of the surface that a subject leaves on the device, seen whole by the default camera.
+
+    `size` is in pixels. With `apart` the samples are taken without drawing, as if it were not asked for, and whole
+    frames after all of them, in turns of their own; else a sample is a whole frame.
+    """
+
+    size: tuple[int, int] = TABLE_SIZE
+    apart: bool = False
+
+
+@dataclass(frozen=True)
 class Subject:
     """A system with parameters: a case's name (None: the first) and the fields to replace in it."""
 
@@ -34,6 +47,7 @@ class Subject:
     label: str = ""
     case: str | None = None
     one_core: bool = False
+    draw: Draw | None = None
 
     @property
     def name(self) -> str:
@@ -77,6 +91,7 @@ class Group:
                     "params": subject.params.__qualname__  # type: ignore[union-attr]
                     if callable(subject.params)
                     else plain(subject.params),
+                    **({"draw": plain(subject.draw)} if subject.draw else {}),
                 }
                 for subject in self.subjects
             ],

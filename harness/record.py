@@ -6,7 +6,8 @@ A row is a JSON object with a `kind`; all but `limits` name their `group` (a has
 begin      table, name, dataset, config, facts        a group of interleaved subjects starts
 setup      subject, params, phases, from_cache        build, first_launch, upload ... seconds; memory growth
 sample     subject, turn, warmup, wall_s, cpu_s, load, stage_s
-subject    subject, status, reason, check, counters, footprint, traffic, quality, facts
+frame      the same of a whole frame, drawn, where samples are taken without drawing
+subject    subject, status, reason, check, counters, footprint, traffic, quality, frame_reason, facts
 end        others, seconds                            the group is whole
 superseded                                            an attempt was cut short; its rows no longer count
 limits     fill, copy, multiply-add rates of the device
@@ -135,6 +136,13 @@ class SubjectRecord:
     quality: dict[str, Any] | None = None
     samples: list[dict[str, Any]] = field(default_factory=list)
     warmups: list[dict[str, Any]] = field(default_factory=list)
+    frames: list[dict[str, Any]] = field(default_factory=list)
+    frame_reason: str = ""
+
+    @property
+    def frame_s(self) -> dict[int, float]:
+        """Turn -> wall seconds of the whole frames that were drawn apart from the samples."""
+        return {row["turn"]: row["wall_s"] for row in self.frames}
 
     @property
     def wall_s(self) -> dict[int, float]:
@@ -190,7 +198,7 @@ class RunRecord:
 
 _SUBJECT_FIELDS = (
     "status", "reason", "check", "counters", "footprint", "traffic", "quality", "read_back_s",
-    "peak_growth_bytes",
+    "peak_growth_bytes", "frame_reason",
 )  # fmt: skip
 _GROUP_FIELDS = ("group", "table", "name", "dataset", "device", "facts", "config")
 _SETUP_FIELDS = ("system", "params", "phases", "from_cache", "memory_growth_bytes")
@@ -245,6 +253,8 @@ def _add(group: GroupRecord, row: dict[str, Any]) -> None:
     subject = group.subjects.setdefault(label, SubjectRecord(label))
     if row["kind"] == "sample":
         (subject.warmups if row["warmup"] else subject.samples).append(row)
+    if row["kind"] == "frame":
+        subject.frames.append(row)
     names = _SUBJECT_FIELDS if row["kind"] == "subject" else _SETUP_FIELDS
     for name in names:
         if name in row:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import hashlib
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from lodbench.harness.entrant import Entrant
 from lodbench.harness.group import Group
 from lodbench.harness.progress import Progress
 from lodbench.harness.record import Writer, attempts, config_hash, plain
-from lodbench.harness.timing import OtherLoad, interleave
+from lodbench.harness.timing import OtherLoad, interleave, take
 from lodbench.kernels.device import Device, Unsupported
 
 
@@ -130,6 +130,7 @@ class Session:
         others = OtherLoad()
         for sample in interleave(frames, firsts, samples=self._samples, budget_s=budget_s):
             record("sample", **plain(sample))
+        self._whole_frames(entrants, record, progress, budget_s)
         others_share = others.share()
         for name, entrant in entrants.items():
             if group.quality and entrant.mesh is not None:
@@ -144,6 +145,30 @@ class Session:
         del frames, running
         entrants.clear()
         gc.collect()  # device buffers go back to the pool before the next group asks for its own
+
+    def _whole_frames(
+        self,
+        entrants: Mapping[str, Entrant],
+        record: Callable[..., None],
+        progress: Progress,
+        budget_s: float | None,
+    ) -> None:
+        """Turns of those subjects that are drawn apart from their samples, so that neither disturbs the other."""
+        frames = {
+            name: entrant.whole_frame
+            for name, entrant in entrants.items()
+            if entrant.prepared is not None and entrant.raster is not None
+            and entrant.subject.draw is not None and entrant.subject.draw.apart
+        }  # fmt: skip
+        if not frames:
+            return
+        progress.step("frame")
+        firsts = {name: take(name, frame, 0, warmup=True) for name, frame in frames.items()}
+        seconds = {name: first.wall_s for name, first in firsts.items() if first is not None}
+        frames = {name: frames[name] for name in seconds}
+        for sample in interleave(frames, seconds, samples=self._samples, budget_s=budget_s):
+            if not sample.warmup:
+                record("frame", **plain(sample))
 
     def _surface(self, dataset: catalogue.Dataset) -> Any:
         if self._last != dataset.name:

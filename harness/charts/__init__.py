@@ -14,6 +14,7 @@ CHARTS: dict[str, tuple[str, Callable[[Material], Chart | None]]] = {
     "error": ("Error against triangles", curves.error_against_triangles),
     "error-time": ("Error against time", curves.error_against_time),
     "fps": ("Frames per second", bars.frames_per_second),
+    "stage-fps": ("Frames per second without drawing", bars.stages_per_second),
     "footprint": ("Footprint", bars.footprint),
     "stages": ("Stages", bars.stages),
     "samples": ("Samples", bars.samples),

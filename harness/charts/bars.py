@@ -111,7 +111,8 @@ def _bars(material: Material, key: str, label: str, caption: str) -> Chart:
     ]
     least = min([*values, *(value for value, _ in claims)])
     axes.set_xscale("log")
-    axes.set_xlim(10 ** np.floor(np.log10(least) - 0.15), max(values) * 1.05)
+    most = max([*values, *(value for value, _ in claims)])
+    axes.set_xlim(10 ** np.floor(np.log10(least) - 0.15), most * 1.05)
     axes.xaxis.set_major_formatter(EngFormatter(unit if unit == "B" else "", sep=" "))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.barh(
@@ -137,14 +138,22 @@ def _bars(material: Material, key: str, label: str, caption: str) -> Chart:
 
 
 def frames_per_second(material: Material) -> Chart | None:
-    """Frames per second by case and system, logarithmic."""
-    for key, what in (
-        ("frame_fps", "with raster and fragment stages"),
-        ("stage_fps", "up to and including the geometry stage"),
-    ):
-        if len(material.rows(key)) > 1:
-            return _bars(material, key, f"frames per second ({what})", "From median wall time.")
-    return None
+    """Whole frames per second by case and system, logarithmic; without any, those of the stages before the raster."""
+    return _rates(material, "frame_fps", "with raster and shading") or _rates(material, *STAGES)
+
+
+def stages_per_second(material: Material) -> Chart | None:
+    """Frames per second without drawing, where whole frames were drawn as well."""
+    return _rates(material, *STAGES) if len(material.rows("frame_fps")) > 1 else None
+
+
+STAGES = ("stage_fps", "up to and including the geometry stage")
+
+
+def _rates(material: Material, key: str, what: str) -> Chart | None:
+    if len(material.rows(key)) < 2:
+        return None
+    return _bars(material, key, f"frames per second ({what})", "From median wall time.")
 
 
 def footprint(material: Material) -> Chart | None:

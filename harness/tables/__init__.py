@@ -89,6 +89,13 @@ WALL_COLUMNS = (
     Column("wall_s_upper", "upper quartile", "s"),
     Column("samples", "n"),
 )
+FRAME_COLUMNS = (
+    Column("frame_fps", "frame fps", "1/s"),
+    Column("frame_s", "median frame", "s"),
+    Column("frame_s_lower", "frame, lower quartile", "s"),
+    Column("frame_s_upper", "frame, upper quartile", "s"),
+    Column("frames", "frames"),
+)
 QUALITY_COLUMNS = (
     Column("rms_error", "RMS error", "1"),
     Column("rms_error_back", "RMS error back", "1"),
@@ -137,6 +144,12 @@ def measured(group: GroupRecord, subject: SubjectRecord) -> Row:
     row["wall_s_upper"] = walls.upper if walls else None
     row["samples"] = len(wall)
     row["stage_s"] = stages.median if stages else None
+    frames = summary(list(subject.frame_s.values()))
+    row["frames"] = frames.n if frames else None
+    row["frame_s"] = frames.median if frames else None
+    row["frame_s_lower"] = frames.lower if frames else None
+    row["frame_s_upper"] = frames.upper if frames else None
+    row["frame_fps"] = 1 / frames.median if frames else None
     row |= {column.key: (subject.quality or {}).get(column.key) for column in QUALITY_COLUMNS}
     return row
 

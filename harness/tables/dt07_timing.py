@@ -6,9 +6,10 @@ import importlib.util
 from collections.abc import Sequence
 from typing import Any
 
-from lodbench.harness.group import Context, Group, Subject
+from lodbench.harness.group import Context, Draw, Group, Subject
 from lodbench.harness.record import GroupRecord, RunRecord, SubjectRecord
 from lodbench.harness.tables import (
+    FRAME_COLUMNS,
     QUALITY_COLUMNS,
     WALL_COLUMNS,
     Column,
@@ -84,7 +85,7 @@ def careful(context: Context) -> dict[str, Any]:
 def groups(quick: bool) -> list[Group]:
     """Scans (or their stand-ins) and one generated surface at several sizes; `quick` stops at 1.3 M triangles."""
     subjects = [
-        Subject(OURS, searched_cells),
+        Subject(OURS, searched_cells, draw=Draw(apart=True)),
         Subject(OURS, separate, "separate"),
         Subject(OURS, same_cells, "one_core", one_core=True),
         Subject("simplify_call", same_cells),
@@ -197,6 +198,7 @@ TABLE = Table(
         Column("pass_1_share", "share of pass 1", "1"),
         Column("limit_share", "share of the device's limit", "1"),
         Column("triangles_per_s", "triangles in per second", "1/s"),
+        *FRAME_COLUMNS,
         *QUALITY_COLUMNS,
         *ratio_columns(BASELINES),
         Column("time_exponent", "exponent of time over size", "1"),
@@ -230,6 +232,7 @@ TABLE = Table(
         "Edge collapse keeps the topology and clustering does not: read the error and edge columns beside the times. "
         "fast_simplification uses the package's own aggressiveness of 7, fast_simplification_careful 3 "
         "on the model scaled to a longest side of 2, since its threshold is absolute.",
+        "Frame fps is that of simplifying and drawing the result at 1280 x 1024, in turns of their own after samples.",
         "one_core, separate and quadric_clustering give the same mesh bit for bit.",
         "Memory is a device subject's buffers; for a host subject its input and the rise of the process's peak during "
         "the first frame (Linux only), a lower bound: what a package kept from earlier calls is not counted again.",

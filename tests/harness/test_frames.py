@@ -1,0 +1,82 @@
+"""Whole frames: with raster and shading, beside samples without or in place of them."""
+
+import pytest
+
+from lodbench.harness import tables
+from lodbench.harness.folder import open_folder
+from lodbench.harness.group import Draw, Group, Subject
+from lodbench.harness.record import SAMPLES, read_rows, read_run
+from lodbench.harness.run import Session
+
+SIZE = (64, 48)
+DRAWING = {"vertex_transform", "raster", "fragment"}
+
+
+@pytest.fixture
+def measure(device, tmp_path):
+    def measured(*subjects, samples=2):
+        folder = open_folder(device, {}, out=tmp_path / "run")
+        session = Session(device, folder, samples=samples)
+        try:
+            session.measure([("t", Group("sphere_10", subjects))], quiet=True)
+        finally:
+            session.close()
+        (group,) = read_run(folder).groups
+        return group, read_rows(folder / SAMPLES)
+
+    return measured
+
+
+def vbo(**options):
+    return Subject("static_vbo", {"segments": 4}, **options)
+
+
+def pattern(**options):
+    return Subject("pattern", {"segments": 4}, **options)
+
+
+def test_frames_drawn_apart_follow_the_samples_in_turns_of_their_own(measure):
+    apart = Draw(SIZE, apart=True)
+    group, rows = measure(vbo(draw=apart), pattern(draw=apart), pattern(label="undrawn"))
+    counted = [
+        (row["kind"], row["subject"])
+        for row in rows
+        if row["kind"] in ("sample", "frame") and not row["warmup"]
+    ]
+    samples = [("sample", name) for name in ("static_vbo", "pattern", "undrawn")] * 2
+    frames = [("frame", name) for name in ("static_vbo", "pattern")] * 2
+    assert counted == samples + frames
+    for name in ("static_vbo", "pattern"):
+        subject = group.subjects[name]
+        assert not DRAWING & set(subject.stages)
+        assert all(DRAWING < set(row["stage_s"]) for row in subject.frames)
+        assert len(subject.frame_s) == 2
+        row = tables.measured(group, subject)
+        assert row["frame_fps"] == pytest.approx(1 / row["frame_s"])
+        assert row["frames"] == 2
+    assert tables.measured(group, group.subjects["undrawn"])["frame_fps"] is None
+
+
+def test_sample_that_draws_is_a_whole_frame(measure):
+    group, _ = measure(pattern(draw=Draw(SIZE)), vbo())
+    drawn = group.subjects["pattern"]
+    assert DRAWING < set(drawn.stages)
+    assert not drawn.frames
+    assert not DRAWING & set(group.subjects["static_vbo"].stages)
+
+
+def test_subject_without_a_surface_on_the_device_is_not_drawn(measure):
+    group, _ = measure(
+        Subject("numpy_pattern", {"segments": 4}, "apart", draw=Draw(SIZE, apart=True)),
+        Subject("numpy_pattern", {"segments": 4}, "within", draw=Draw(SIZE)),
+    )
+    apart, within = group.subjects["apart"], group.subjects["within"]
+    assert (apart.status, apart.frames) == ("ok", [])
+    assert apart.frame_reason == "needs a surface on the device to draw, subject leaves none"
+    assert (within.status, within.reason) == ("skipped", apart.frame_reason)
+    assert tables.measured(group, apart)["frame_s"] is None
+
+
+def test_draw_is_part_of_what_decides_a_measurement():
+    plain, drawn = (Group("sphere_10", (vbo(draw=draw),)).config() for draw in (None, Draw(SIZE)))
+    assert plain != drawn
