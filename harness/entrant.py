@@ -113,7 +113,8 @@ class Entrant:
         if prepared.output is None:
             raise Unsupported("needs a surface on the device to draw, subject leaves none")
         self.raster = Raster(self.device, prepared.output, *draw.size)
-        self.view = Frame(mesh_view(surface, size=draw.size))
+        if self.view.view is None:
+            self.view = Frame(mesh_view(surface, size=draw.size))
 
     def _draw_apart(self, surface: Any) -> None:
         """Make ready for whole frames; without one its time stays unknown, and the subject goes on."""
@@ -137,6 +138,10 @@ class Entrant:
         if not isinstance(surface, owner.takes):
             kinds = " or ".join(kind.__name__ for kind in owner.takes)
             raise Unsupported(f"needs {kinds}, dataset is {type(surface).__name__}")
+        if owner.runs_on == "gl":
+            from lodbench.harness.baselines.gl.driver import driver_name
+
+            self.facts["driver"] = driver_name()
         self.device = device()
         overrides = subject.params
         if callable(overrides):

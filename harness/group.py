@@ -61,7 +61,8 @@ class Group:
 
     `facts` are the row's own words for it (segments, cells ...); `quality` measures each result mesh against the
     input; `weight` is its share of the whole run's time, for the time left; `standin_ok`: where a scan is not in the
-    data folder, its generated stand-in takes its place, under its own name.
+    data folder, its generated stand-in takes its place, under its own name; `zoom`: every frame of every subject is
+    seen this much larger than the view that shows the whole.
     """
 
     dataset: str
@@ -70,6 +71,7 @@ class Group:
     quality: bool = False
     weight: float = 1.0
     standin_ok: bool = False
+    zoom: float | None = None
 
     @property
     def name(self) -> str:
@@ -82,6 +84,7 @@ class Group:
             "dataset": self.found().name,
             "facts": plain(self.facts),
             "quality": self.quality,
+            **({"zoom": self.zoom} if self.zoom else {}),
             "subjects": [
                 {
                     "label": subject.name,

@@ -7,7 +7,7 @@ begin      table, name, dataset, config, facts        a group of interleaved sub
 setup      subject, params, phases, from_cache        build, first_launch, upload ... seconds; memory growth
 sample     subject, turn, warmup, wall_s, cpu_s, load, stage_s
 frame      the same of a whole frame, drawn, where samples are taken without drawing
-subject    subject, status, reason, check, counters, footprint, traffic, quality, frame_reason, facts
+subject    subject, status, reason, check, counters, footprint, traffic, quality, frame_reason, driver, facts
 end        others, seconds                            the group is whole
 superseded                                            an attempt was cut short; its rows no longer count
 limits     fill, copy, multiply-add rates of the device
@@ -138,6 +138,7 @@ class SubjectRecord:
     warmups: list[dict[str, Any]] = field(default_factory=list)
     frames: list[dict[str, Any]] = field(default_factory=list)
     frame_reason: str = ""
+    driver: str = ""
 
     @property
     def frame_s(self) -> dict[int, float]:
@@ -198,7 +199,7 @@ class RunRecord:
 
 _SUBJECT_FIELDS = (
     "status", "reason", "check", "counters", "footprint", "traffic", "quality", "read_back_s",
-    "peak_growth_bytes", "frame_reason",
+    "peak_growth_bytes", "frame_reason", "driver",
 )  # fmt: skip
 _GROUP_FIELDS = ("group", "table", "name", "dataset", "device", "facts", "config")
 _SETUP_FIELDS = ("system", "params", "phases", "from_cache", "memory_growth_bytes")

@@ -6,9 +6,12 @@ import gc
 import hashlib
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.surfaces import TriangleMesh
@@ -19,6 +22,8 @@ from lodbench.harness.progress import Progress
 from lodbench.harness.record import Writer, attempts, config_hash, plain
 from lodbench.harness.timing import OtherLoad, interleave, take
 from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.render import mesh_view
+from lodbench.kernels.system import Frame, View
 
 
 class Session:
@@ -118,7 +123,7 @@ class Session:
         entrants: dict[str, Entrant] = {}
         for subject in group.subjects:
             progress.step(f"prepare {subject.name}")
-            entrant = Entrant(subject)
+            entrant = Entrant(subject, view=Frame(_zoomed(surface, group.zoom)))
             device = partial(self._open, subject.one_core)
             entrant.enter(surface, device, entrants, record, group.quality)
             entrants[subject.name] = entrant
@@ -193,3 +198,11 @@ class Session:
                 found = quality.topology(mesh)
             self._qualities[bits] = dict(found)
         return self._qualities[bits]
+
+
+def _zoomed(surface: Any, zoom: float | None) -> View | None:
+    """The view of the whole, magnified; None where subjects choose their own."""
+    if zoom is None:
+        return None
+    whole = mesh_view(surface)
+    return replace(whole, world_to_clip=np.diag([zoom, zoom, 1, 1]) @ whole.world_to_clip)

@@ -143,7 +143,9 @@ class PeakMemory:
         self._start: int | None = None
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if os.name == "posix" else None
         if trim is not None:
-            trim(0)  # what an earlier subject freed is the system's again, not this one's for nothing
+            trim(
+                0
+            )  # what an earlier subject freed is the system's again, not this one's for nothing
         try:
             Path("/proc/self/clear_refs").write_text("5")  # the peak is counted anew from here
             self._start = self._read("VmRSS")

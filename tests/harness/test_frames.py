@@ -1,12 +1,13 @@
 """Whole frames: with raster and shading, beside samples without or in place of them."""
 
+import numpy as np
 import pytest
 
 from lodbench.harness import tables
 from lodbench.harness.folder import open_folder
 from lodbench.harness.group import Draw, Group, Subject
 from lodbench.harness.record import SAMPLES, read_rows, read_run
-from lodbench.harness.run import Session
+from lodbench.harness.run import Session, _zoomed
 
 SIZE = (64, 48)
 DRAWING = {"vertex_transform", "raster", "fragment"}
@@ -80,3 +81,13 @@ def test_subject_without_a_surface_on_the_device_is_not_drawn(measure):
 def test_draw_is_part_of_what_decides_a_measurement():
     plain, drawn = (Group("sphere_10", (vbo(draw=draw),)).config() for draw in (None, Draw(SIZE)))
     assert plain != drawn
+
+
+def test_group_may_be_seen_magnified():
+    near = Group("sphere_10", (Subject("drawn_mesh"),), zoom=4.0)
+    far = Group("sphere_10", (Subject("drawn_mesh"),))
+    assert near.config() != far.config()
+    surface = near.found().surface
+    small, large = (_zoomed(surface, zoom).world_to_clip for zoom in (1.0, 4.0))
+    np.testing.assert_allclose(large, np.diag([4, 4, 1, 1]) @ small)
+    assert _zoomed(surface, None) is None

@@ -166,3 +166,40 @@ def test_dt07_rows_have_passes_ratios_and_the_exponent_of_time():
     rows, _ = rows_of("dt07_timing", scan, small, large)
     assert rows["quadric_clustering"]["time_exponent"] == pytest.approx(1.0)
     assert rows["quadric_clustering"]["published_time_exponent"] == 1
+
+
+def test_gmr05_frames_stand_apart_from_samples_and_beside_the_published_ones():
+    static, ours = subject("static_vbo", [0.001] * 4), subject("pattern_per_triangle", [0.002] * 4)
+    for found, seconds in ((static, 0.02), (ours, 0.01)):
+        found.frames = [{"turn": turn, "wall_s": seconds} for turn in range(3, 7)]
+    rows, _ = rows_of(
+        "gmr05_figure7",
+        group(static, ours, table="gmr05_figure7", segments=64, coarse_triangles=10),
+    )
+    row = rows["pattern_per_triangle"]
+    assert row["stage_fps"] == pytest.approx(500)
+    assert (row["frame_fps"], row["frames"]) == (pytest.approx(100), 4)
+    assert row["frame_ratio_to_static_vbo"] == pytest.approx(2)
+    assert row["ratio_to_static_vbo"] == pytest.approx(0.5)
+    assert row["published_frame_fps"] == 965.12
+    assert rows["static_vbo"]["frame_ratio_to_static_vbo"] is None
+
+
+def test_real_shader_rows_name_the_driver_and_flag_a_single_sample():
+    theirs = subject("gl_tessellation", [40.0], driver="a driver")
+    found = group(
+        subject("pattern", [0.01] * 10), theirs, table="real_shaders", work="refine and draw"
+    )
+    rows, _ = rows_of("real_shaders", found)
+    assert rows["gl_tessellation"]["driver"] == "a driver"
+    assert rows["gl_tessellation"]["reason"] == "one sample: over 30 s"
+    assert rows["pattern"]["ratio_to_gl_tessellation"] == pytest.approx(4000)
+    assert rows["pattern"]["frame_fps"] == pytest.approx(100)
+    found.facts["work"] = "refine"
+    assert rows_of("real_shaders", found)[0]["pattern"]["frame_fps"] is None
+
+
+def test_real_shaders_quick_run_leaves_out_what_takes_a_software_driver_minutes():
+    table = tables.table("real_shaders")
+    assert max(made.facts.get("segments", 0) for made in table.groups(True)) == 16
+    assert max(made.facts.get("segments", 0) for made in table.groups(False)) == 64

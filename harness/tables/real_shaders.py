@@ -1,0 +1,140 @@
+"""Our stages against real shader stages of an OpenGL driver: the same mesh, the same camera, the same size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from lodbench.harness.group import Draw, Group, Subject
+from lodbench.harness.record import GroupRecord, RunRecord
+from lodbench.harness.tables import (
+    WALL_COLUMNS,
+    Column,
+    Row,
+    Table,
+    measured,
+    ratio_columns,
+    ratios,
+)
+from lodbench.harness.timing import VERY_SLOW_S
+from lodbench.kernels.stages.camera import TABLE_SIZE
+
+BASELINES = ("gl_static_vbo", "gl_pattern", "gl_tessellation", "gl_quadric_clustering")
+STATIC = ("10k", "100k", "1m", "4m")
+SEGMENTS = (16, 32, 64)
+ONLY_QUICK = {"static": STATIC[:3], "segments": SEGMENTS[:1]}
+CELLS = 64
+SECONDS = {16: 8.0, 32: 50.0, 64: 500.0}  # of a group with a software driver's tessellation, about
+WHOLE = Draw(TABLE_SIZE)
+DRAWN = ("draw", "fill the image", "refine and draw")  # work that ends with an image
+
+
+def _size() -> dict[str, int]:
+    return {"width": TABLE_SIZE[0], "height": TABLE_SIZE[1]}
+
+
+def _static(dataset: str, work: str, zoom: float | None = None) -> Group:
+    subjects = (
+        Subject("drawn_mesh", _size()),
+        Subject("gl_static_vbo", {"segments": 1, **_size()}),
+    )
+    return Group(dataset, subjects, {"work": work}, weight=3.0, zoom=zoom)
+
+
+def _refined(segments: int, drawn: bool) -> Group:
+    params: dict[str, Any] = {"segments": segments}
+    theirs = {**params, "output": "image" if drawn else "points", **_size()}
+    names = ["gl_static_vbo", "gl_pattern", "gl_tessellation"] if drawn else list(BASELINES[1:3])
+    subjects = (
+        Subject("pattern", params, draw=WHOLE if drawn else None),
+        *([Subject("static_vbo", params, draw=WHOLE)] if drawn else []),
+        *(Subject(name, theirs) for name in names),
+    )
+    facts = {"work": DRAWN[2] if drawn else "refine", **params}
+    return Group("sphere_1000", subjects, facts, weight=SECONDS[segments])
+
+
+def _clustered(dataset: str) -> Group:
+    params = {"cells": CELLS}
+    subjects = (Subject("quadric_clustering", params), Subject("gl_quadric_clustering", params))
+    facts = {"work": "simplify", "cells": CELLS}
+    return Group(dataset, subjects, facts, weight=4.0, standin_ok=True)
+
+
+def groups(quick: bool) -> list[Group]:
+    """Static meshes, a quad that fills the image, refinement with and without drawing, and clustering.
+
+    `quick` stops at 1 M triangles and 16 segments.
+    """
+    sizes = ONLY_QUICK["static"] if quick else STATIC
+    made = [_static(f"displaced_icosphere_{size}", DRAWN[0]) for size in sizes]
+    made.append(_static("plane_2", DRAWN[1], zoom=4.0))
+    for segments in ONLY_QUICK["segments"] if quick else SEGMENTS:
+        made.append(_refined(segments, drawn=True))
+        if segments < SEGMENTS[-1]:
+            made.append(_refined(segments, drawn=False))
+    return [*made, _clustered("bunny_69k"), *([] if quick else [_clustered("dragon_871k")])]
+
+
+def _row(run: RunRecord, group: GroupRecord, label: str) -> Row:
+    subject = group.subjects[label]
+    row = measured(group, subject) | ratios(group, subject, BASELINES, run.environment["seed"])
+    device = run.environment["device"]
+    ours = f"{device.get('platform')}: {device['name']}" if subject.samples else None
+    row["driver"] = subject.driver or ours
+    wall = row["wall_s"]
+    if wall and row["work"] in DRAWN:
+        row["frame_fps"] = 1 / wall
+    if wall and wall > VERY_SLOW_S:
+        row["reason"] = ", ".join(filter(None, (row["reason"], "one sample: over 30 s")))
+    return row
+
+
+def rows(run: RunRecord, records: Sequence[GroupRecord]) -> list[Row]:
+    """One row per work, size and subject."""
+    return [_row(run, group, label) for group in records for label in group.subjects]
+
+
+TABLE = Table(
+    id="real_shaders",
+    title="Our stages against an OpenGL driver's shaders",
+    source="OpenGL through EGL: vertex, tessellation, geometry and fragment shaders of the driver named in each row",
+    groups=groups,
+    rows=rows,
+    columns=(
+        Column("work", "work"),
+        Column("dataset", "dataset"),
+        Column("triangles_in", "triangles in"),
+        Column("segments", "segments"),
+        Column("cells", "cells"),
+        Column("system", "system"),
+        Column("driver", "driver"),
+        Column("triangles_out", "triangles out"),
+        *WALL_COLUMNS,
+        Column("stage_s", "device time", "s"),
+        Column("frame_fps", "frame fps", "1/s"),
+        *ratio_columns(BASELINES),
+    ),
+    brief=(
+        "work",
+        "triangles_in",
+        "segments",
+        "system",
+        "wall_s",
+        "samples",
+        "frame_fps",
+        *(f"ratio_to_{name}" for name in BASELINES),
+        "status",
+    ),
+    notes=(
+        "Images are 1280 x 1024 with the same camera, lights and colours on both sides. A driver's frame ends when it "
+        "has finished; it includes no read-back.",
+        "draw: a mesh that lies in buffers, its points transformed, rasterised and shaded. fill the image: two "
+        "triangles over every pixel. refine and draw: 1000 coarse triangles, refined anew in every frame.",
+        "refine: points and normals alone, which the driver keeps by transform feedback. simplify: quadric clustering "
+        "without drawing, the driver in the three passes that were published.",
+        "The driver's tessellator cuts a triangle into rings, 1.5 segments^2 triangles; a pattern has segments^2.",
+        "On a CPU the driver is llvmpipe, whose tessellation is its weakness: the fair rival there is gl_pattern, the "
+        "same pattern in an instanced vertex shader.",
+    ),
+)
