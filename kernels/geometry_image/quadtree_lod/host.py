@@ -71,7 +71,7 @@ class QuadtreeLod:
             device.fill(Timeline(), "upload", self._counts, 0)
             return
         before = device.used_bytes
-        self.tree = Tree(device, image, setup)
+        self.tree = Tree(device, image, params.placement, params.measure, setup)
         self._n = self.tree.n
         self.threshold = params.threshold * self.tree.diagonal
         self._allocate_output(4**self._n + 2, 2 * 4**self._n)
@@ -130,8 +130,10 @@ class QuadtreeLod:
             ExclusiveScan(device, row_counts, row_offsets, total, stage="scan"),
             launch(
                 "vertex", row_runs, "vertex", flags=flags, image=tree.positions,
-                image_normals=tree.normals, offsets=row_offsets, ranks=ranks,
-                positions=self._out_positions, normals=self._out_normals, counts=self._counts,
+                image_normals=tree.normals, states=states, levels=tree.levels,
+                offsets=row_offsets, ranks=ranks, positions=self._out_positions,
+                normals=self._out_normals, counts=self._counts,
+                fitted=int(self.params.placement == "fitted"),
             ),
             launch("geometry_count", node_runs, "count", run_counts=node_counts, **marked),
             ExclusiveScan(device, node_counts, node_offsets, total, stage="scan"),

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.geometry_image.parameterisation.octahedron import canonical
+from lodbench.kernels.geometry_image.quadtree_lod.fit import anti_diagonal
 from lodbench.kernels.geometry_image.quadtree_lod.view import Detail
 from lodbench.kernels.system import Check
 
@@ -48,37 +49,42 @@ def unpack_upper(texels: NDArray[Any], n: int) -> Levels:
     ]
 
 
-def anti_diagonal(depth: int) -> NDArray[np.bool_]:
-    """Does each node's diagonal run from right below to left above? (2^d, 2^d)."""
-    right = 2 * np.arange(1 << depth) + 1 >= 1 << depth
-    return right[:, None] == right[None, :]
+def node_errors(places: Levels, per_area: float = 0.0) -> Levels:
+    """Per depth, how far a node's samples lie from its two triangles, or its children's do: float64.
 
-
-def node_errors(image: GeometryImage) -> Levels:
-    """Per depth, the largest distance of a node's samples from its two triangles, or of its children's: float64."""
-    samples = image.positions.astype(np.float64)
-    n = (len(samples) - 1).bit_length() - 1
+    Args:
+        places: per depth, where the level's vertices lie; the last is the image itself.
+        per_area: one over the whole area: root of the squared distance's integral over the node, times this; 0: the
+            largest distance.
+    """
+    samples = places[-1].astype(np.float64)
+    n = len(places) - 1
     levels: Levels = [np.zeros((1 << n, 1 << n))]
     for depth in reversed(range(n)):
         size, count = 1 << (n - depth), 1 << depth
         columns = size * np.arange(count)[:, None] + np.arange(size + 1)
-        anti = anti_diagonal(depth)
+        anti, corner = anti_diagonal(depth), places[depth].astype(np.float64)
         own = np.empty((count, count))
         for y in range(count):
             nodes = samples[y * size : (y + 1) * size + 1][:, columns].transpose(1, 0, 2, 3)
-            apart = nodes - _flat(nodes, anti[y])
-            own[y] = np.sqrt(np.einsum("njik,njik->nji", apart, apart).max(axis=(1, 2)))
+            corners = (corner[y, :-1], corner[y, 1:], corner[y + 1, 1:], corner[y + 1, :-1])
+            apart = nodes - _flat(corners, size, anti[y])
+            square = np.einsum("njik,njik->nji", apart, apart)
+            if per_area:
+                own[y] = np.sqrt((square * _areas(nodes)).sum(axis=(1, 2)) * per_area)
+            else:
+                own[y] = np.sqrt(square.max(axis=(1, 2)))
         below = levels[0].reshape(count, 2, count, 2).max(axis=(1, 3))
         levels.insert(0, np.maximum(own, below))
     return levels
 
 
-def _flat(nodes: NDArray[np.float64], anti: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _flat(
+    corners: tuple[NDArray[np.float64], ...], size: int, anti: NDArray[np.bool_]
+) -> NDArray[np.float64]:
     """Each node's two triangles, evaluated where its samples are: (nodes, rows, columns, 3)."""
-    size = nodes.shape[1] - 1
     v, u = np.indices((size + 1, size + 1)) / size
-    p, q = nodes[:, :1, :1], nodes[:, :1, -1:]
-    r, s = nodes[:, -1:, -1:], nodes[:, -1:, :1]
+    p, q, r, s = (points[:, None, None] for points in corners)
     lower_left, lower_right = (u + v <= 1)[..., None], (u >= v)[..., None]
     u, v = u[..., None], v[..., None]
     across = np.where(
@@ -86,6 +92,14 @@ def _flat(nodes: NDArray[np.float64], anti: NDArray[np.bool_]) -> NDArray[np.flo
     )
     along = np.where(lower_right, p + u * (q - p) + v * (r - q), p + v * (s - p) + u * (r - s))
     return np.where(anti[:, None, None, None], across, along)
+
+
+def _areas(nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The area around each sample of a node, as far as it lies in the node: (nodes, rows, columns)."""
+    padded = np.pad(nodes, ((0, 0), (1, 1), (1, 1), (0, 0)), mode="edge")
+    across = padded[:, 1:-1, 2:] - padded[:, 1:-1, :-2]
+    up = padded[:, 2:, 1:-1] - padded[:, :-2, 1:-1]
+    return np.linalg.norm(np.cross(across, up), axis=-1) / 4
 
 
 def fine_nodes(errors: Levels, bounds: Levels, detail: Detail) -> Levels:
@@ -132,8 +146,10 @@ def corner_flags(states: Levels) -> NDArray[np.bool_]:
     return flags[own].reshape(side, side)
 
 
-def merge(image: GeometryImage, states: Levels) -> TriangleMesh:
+def merge(image: GeometryImage, states: Levels, places: Levels | None = None) -> TriangleMesh:
     """The drawn nodes' triangles: two where no neighbour is finer, else a fan about the centre.
+
+    Vertices lie where `places` has them at the depth of the finest node around, or on the image's samples.
 
     Vertices come row by row of the image, triangles row by row of the packed texture.
 
@@ -169,9 +185,30 @@ def merge(image: GeometryImage, states: Levels) -> TriangleMesh:
     order = np.argsort(np.concatenate(texels), kind="stable")
     samples = np.flatnonzero(used.ravel() & (own.ravel() == np.arange(side * side)))
     faces = np.searchsorted(samples, np.concatenate(triangles)[order])
-    return TriangleMesh(
-        image.positions.reshape(-1, 3)[samples], faces, image.normals.reshape(-1, 3)[samples]
-    )
+    positions = image.positions.reshape(-1, 3)[samples]
+    if places is not None:
+        depths = vertex_depths(states).ravel()[samples]
+        for depth in range(1, n):
+            here = np.flatnonzero(depths == depth)
+            row, column = np.divmod(samples[here], side)
+            positions[here] = places[depth][row >> (n - depth), column >> (n - depth)]
+    return TriangleMesh(positions, faces, image.normals.reshape(-1, 3)[samples])
+
+
+def vertex_depths(states: Levels) -> NDArray[np.int64]:
+    """Per sample, the depth of the finest drawn node with it as a corner, and one more at a node's centre."""
+    n = len(states) - 1
+    side = (1 << n) + 1
+    own = canonical(n)
+    found = np.zeros(side * side, np.int64)
+    for depth, level in enumerate(states):
+        size = 1 << (n - depth)
+        y, x = np.nonzero(level == DRAWN)
+        for dx, dy in ((0, 0), (1, 0), (1, 1), (0, 1)):
+            np.maximum.at(found, own[(y + dy) * size, (x + dx) * size], depth)
+        if size > 1:
+            np.maximum.at(found, own[y * size + size // 2, x * size + size // 2], depth + 1)
+    return found[own]
 
 
 def _perimeters(
@@ -203,7 +240,7 @@ def judge(prepared: QuadtreeLod) -> Check:
     if image is None:
         return Check(mesh.triangle_count == 0, what, float(mesh.triangle_count), 0.0)
     errors = prepared.tree.read_errors()
-    exact = node_errors(image)
+    exact = node_errors(prepared.tree.places, prepared.tree.per_area)
     scale = prepared.tree.diagonal or 1.0
     wrong = max(float(np.abs(a - b).max()) for a, b in zip(errors[1:], exact[1:], strict=True))
     if wrong > ERROR_TOLERANCE * scale:
@@ -211,7 +248,8 @@ def judge(prepared: QuadtreeLod) -> Check:
         return Check(False, text, wrong / scale, ERROR_TOLERANCE)
     assert prepared.last is not None
     fine = fine_nodes(errors, prepared.tree.read_bounds(), prepared.last)
-    expected = merge(image, node_states(fine))
+    fitted = prepared.params.placement == "fitted"
+    expected = merge(image, node_states(fine), prepared.tree.places if fitted else None)
     same = (
         mesh.positions.shape == expected.positions.shape
         and mesh.triangles.shape == expected.triangles.shape

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import GeometryImage
 from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image.quadtree_lod import reference
+from lodbench.kernels.geometry_image.quadtree_lod.fit import pyramid, sample_areas
 from lodbench.kernels.stages.timeline import Timeline
 
 FOLDER = "geometry_image/quadtree_lod"
@@ -22,10 +23,18 @@ class Tree:
     positions, normals  float  [3 * side * side]   the image's samples, row by row, side = 2^n + 1
     errors              float  [texels]            figure 3's layout: see common/quadtree.cl
     bounds              float  [4 * texels / 3]    its upper part in planes: x, y, z, radius
+    levels              float  [3 * ...]           where the vertices of depth 0 to n - 1 lie, one level after the other
     ```
     """
 
-    def __init__(self, device: Device, image: GeometryImage, setup: Timeline) -> None:
+    def __init__(
+        self,
+        device: Device,
+        image: GeometryImage,
+        placement: str,
+        measure: str,
+        setup: Timeline,
+    ) -> None:
         self._device, self.image = device, image
         self.side = image.positions.shape[0]
         self.n = (self.side - 1).bit_length() - 1
@@ -38,7 +47,16 @@ class Tree:
             self.positions = device.upload("image", flat)
             self.normals = device.upload("image_normals", image.normals.reshape(-1, 3))
         self.input_bytes = device.used_bytes - before
+        with setup.host("fit" if placement == "fitted" else "quadtree"):
+            self.places = pyramid(image, placement)
         with setup.host("quadtree"):
+            rows = np.concatenate([level.reshape(-1, 3) for level in self.places[:-1]])
+            self.levels = device.upload("levels", rows)
+            area = (
+                sample_areas(image.positions.astype(np.float64)).sum() if measure == "share" else 0
+            )
+            # twins are counted at both ends of a fold, where each has half its area
+            self.per_area = 1 / area if area else 0.0
             self.errors = device.allocate("errors", self.texels, np.float32)
             self.bounds = device.allocate("bounds", (4, self.texels // 3), np.float32)
             self._make()
@@ -53,13 +71,15 @@ class Tree:
         for depth in reversed(range(self.n)):
             shared: dict[str, Any] = {
                 "positions": self.positions, "depth": depth, "n": self.n, "node_count": 4**depth,
+                "stage": "quadtree",
+                "local": 1 if depth < 4 else None,  # few nodes with many samples each: one per group
             }  # fmt: skip
-            local = 1 if depth < 4 else None  # few nodes with many samples each: one per group
-            for step, written in (("error", self.errors), ("bound", self.bounds)):
-                program.launch(
-                    f"quadtree_lod_setup_{step}", 4**depth, stage="quadtree", local=local,
-                    **shared, **{f"{step}s": written},
-                )(none)  # fmt: skip
+            corners = device.upload("corners", self.places[depth].reshape(-1, 3))
+            program.launch(
+                "quadtree_lod_setup_error", 4**depth, corners=corners, errors=self.errors,
+                per_area=self.per_area, **shared,
+            )(none)  # fmt: skip
+            program.launch("quadtree_lod_setup_bound", 4**depth, bounds=self.bounds, **shared)(none)
 
     def read_errors(self) -> list[NDArray[np.float32]]:
         """Per depth, 0 to n, the nodes' errors, (2^d, 2^d), row y, column x."""

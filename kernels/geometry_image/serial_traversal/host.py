@@ -25,10 +25,12 @@ def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) 
 
     Raises:
         NotSpherical: the mesh is not one closed surface of genus 0.
-        Unsupported: no room; or a threshold for each node is asked for.
+        Unsupported: no room; or a threshold for each node, or fitted vertices, are asked for.
     """
     if params.view == "node":
         raise Unsupported("needs one threshold for the whole model, got view='node'")
+    if params.placement != "samples":
+        raise Unsupported(f"needs vertices on the samples, got placement={params.placement!r}")
     setup = Timeline()
     return SerialTraversal(device, image_of(device, mesh, params, setup), params, setup)
 

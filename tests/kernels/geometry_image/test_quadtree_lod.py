@@ -81,6 +81,38 @@ def test_frame_equals_the_reference(device, n, threshold):
     assert check.passed, f"{check.what}: {check.value}"
 
 
+@pytest.mark.parametrize("placement", ["samples", "fitted"])
+@pytest.mark.parametrize("measure", ["distance", "share"])
+@pytest.mark.parametrize("target", [8, 200, 3000])
+def test_placement_and_measure_equal_the_reference(device, placement, measure, target):
+    params = Params(placement=placement, measure=measure, target_count=target)
+    prepared = SYSTEM.prepare(device, bumpy_image(6, height=0.2), params)
+    assert_closed(drawn(device, prepared))
+    check = prepared.check()
+    assert check.passed, f"{check.what}: {check.value}"
+
+
+def distance_to(image, mesh):
+    """Root mean square distance of the image's samples from where the mesh has their directions: star-shaped only."""
+    samples = image.positions.reshape(-1, 3).astype(np.float64)
+    rays = samples / np.linalg.norm(samples, axis=1, keepdims=True)
+    a, b, c = (mesh.positions[mesh.triangles[:, k]].astype(np.float64) for k in range(3))
+    normal = np.cross(b - a, c - a)
+    sides = [rays @ np.cross(p, q).T for p, q in ((a, b), (b, c), (c, a))]
+    inside = np.minimum(np.minimum(*sides[:2]), sides[2]) >= -1e-9
+    along = np.einsum("ij,ij->i", a, normal) / np.where(inside, rays @ normal.T, np.inf)
+    return np.sqrt(((np.linalg.norm(samples, axis=1) - along.max(axis=1)) ** 2).mean())
+
+
+def test_fitted_vertices_and_shares_lower_the_error(device):
+    image = bumpy_image(5)
+    errors = []
+    for placement, measure in (("samples", "distance"), ("samples", "share"), ("fitted", "share")):
+        params = Params(placement=placement, measure=measure, target_count=300)
+        errors.append(distance_to(image, drawn(device, SYSTEM.prepare(device, image, params))))
+    assert errors[0] > errors[1] > errors[2]
+
+
 @pytest.mark.parametrize("view", ["global", "node"])
 @pytest.mark.parametrize("eye", [(0, 0, 2), (1.2, 0.5, -1), (30, 20, 10), (0.1, 0, 0), (0, 3e4, 0)])
 def test_view_equals_the_reference(device, view, eye):
@@ -271,6 +303,8 @@ def test_no_triangles_in_no_triangles_out(device):
         ({"threshold": -1.0}, "threshold: expected 0 or more"),
         ({"pixels": 0.0}, "pixels: expected more than 0"),
         ({"view": "all"}, "view: expected one of global, node, none"),
+        ({"placement": "free"}, "placement: expected one of samples, fitted"),
+        ({"measure": "area"}, "measure: expected one of distance, share"),
         ({"target_count": 0}, "target_count: expected at least 1"),
     ],
 )
