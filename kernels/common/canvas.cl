@@ -7,6 +7,8 @@
 // Needs     common/coverage.cl common/clip.cl
 // Defines   COUNT  1: count fragments instead of keeping the nearest; SHARED  1: many items draw into one map
 
+#define WAITING 256
+
 typedef struct {
     __global long *keys;
     __global uint *open, *queue;
@@ -59,4 +61,39 @@ static void __attribute__((noinline)) canvas_clip(const Canvas *canvas, const fl
     const int count = clip_polygon(corners);
     for (int k = 2; k < count; ++k)
         canvas_draw(canvas, clip_corner(corners[0]), clip_corner(corners[k - 1]), clip_corner(corners[k]), id);
+}
+
+// fragments on their way to the map: while one waits, its line of the map comes into the cache
+typedef struct {
+    uint count, pixels[WAITING + 64];
+    long keys[WAITING + 64];
+} Waiting;
+
+static inline void waiting_put(const Canvas *canvas, Waiting *waiting)
+{
+    for (uint k = 0; k < waiting->count; ++k) key_put(canvas->keys + waiting->pixels[k], waiting->keys[k]);
+    waiting->count = 0;
+}
+
+// the fragments of up to eight rounds of eight triangles from t on; bit 8 * round + lane says which there are
+static inline void canvas_put(
+    const Canvas *canvas, Waiting *waiting, ulong bits, const uint *pixels, const uint *depths, const uint t)
+{
+    uint count = waiting->count;
+    while (bits) {
+        const uint slot = 63 - (uint)clz(bits);
+        bits ^= 1UL << slot;
+        const uint pixel = pixels[slot];
+        const long key = ((long)depths[slot] << 32) | (t + (slot & 7));
+        tile_open(canvas, pixel / TILE_PIXELS);
+#ifdef SHARED
+        key_put(canvas->keys + pixel, key);
+#else
+        prefetch(canvas->keys + pixel, 1);
+        waiting->pixels[count] = pixel;
+        waiting->keys[count++] = key;
+#endif
+    }
+    waiting->count = count;
+    if (count >= WAITING) waiting_put(canvas, waiting);
 }

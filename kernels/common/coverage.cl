@@ -79,28 +79,27 @@ static inline void walk_tile(const Walk *walk, __global long *restrict keys, con
         if (start + reach < 0) return;
         f[k] = (int)clamp(start, -(1L << 30), 1L << 30); // steps within a tile stay below 2^30
     }
-    const int begin = max(walk->box.x - left, 0), end = min(walk->box.z - left, TILE - 1);
-    const int last = min(walk->box.w - top, TILE - 1);
-    const int8 slope0 = LANE * -walk->dy[0], slope1 = LANE * -walk->dy[1], slope2 = LANE * -walk->dy[2];
+    // groups of eight pixels that lie in the tile whole, as many as the box needs
+    const int groups = (min(walk->box.z - left, TILE - 1) - max(walk->box.x - left, 0)) / 8 + 1;
+    const int begin = min(max(walk->box.x - left, 0), TILE - 8 * groups);
+    const int first = max(walk->box.y - top, 0), last = min(walk->box.w - top, TILE - 1);
+    int8 row0 = (f[0] + walk->dx[0] * first - walk->dy[0] * begin) - LANE * walk->dy[0];
+    int8 row1 = (f[1] + walk->dx[1] * first - walk->dy[1] * begin) - LANE * walk->dy[1];
+    int8 row2 = (f[2] + walk->dx[2] * first - walk->dy[2] * begin) - LANE * walk->dy[2];
     const float8 centre = convert_float8(LANE * SUBPIXELS);
-    for (int row = max(walk->box.y - top, 0); row <= last; ++row) {
-        const float y = (float)((top + row) * SUBPIXELS + SUBPIXELS / 2) - walk->y;
-        const float zy = walk->zy * y;
-        for (int from = begin; from <= end; from += 8) {
-            const int column = min(from, TILE - 8); // eight pixels of one row: the last eight may be looked at twice
-            const int8 f0 = slope0 + (f[0] + walk->dx[0] * row - walk->dy[0] * column);
-            const int8 f1 = slope1 + (f[1] + walk->dx[1] * row - walk->dy[1] * column);
-            const int8 f2 = slope2 + (f[2] + walk->dx[2] * row - walk->dy[2] * column);
-            int8 covered = (f0 | f1 | f2) >= 0;
-#ifdef COUNT
-            covered &= LANE >= from - column;
-#endif
-            uint bits = lane_signs(covered);
+    const float begin_x = (float)((left + begin) * SUBPIXELS + SUBPIXELS / 2) - walk->x;
+    for (int row = first; row <= last; ++row) {
+        const float zy = walk->zy * ((float)((top + row) * SUBPIXELS + SUBPIXELS / 2) - walk->y);
+        int8 f0 = row0, f1 = row1, f2 = row2;
+        for (int group = 0; group < groups; ++group) {
+            const int8 outside = f0 | f1 | f2;
+            f0 -= 8 * walk->dy[0], f1 -= 8 * walk->dy[1], f2 -= 8 * walk->dy[2];
+            uint bits = ~lane_signs(outside) & 255;
             if (!bits) continue;
-            const float x = (float)((left + column) * SUBPIXELS + SUBPIXELS / 2) - walk->x;
+            const float x = begin_x + (float)(8 * SUBPIXELS * group); // whole numbers below 2^24: exact
             const float8 plane = (walk->z + walk->zx * (centre + x)) + zy;
             const float8 z = lesser(greater(plane, (float8)(walk->near)), (float8)(walk->far));
-            __global long *at = keys + row * TILE + column;
+            __global long *at = keys + row * TILE + begin + 8 * group;
 #ifdef SHARED
             int depths[8];
             vstore8(as_int8(z), 0, depths);
@@ -110,6 +109,7 @@ static inline void walk_tile(const Walk *walk, __global long *restrict keys, con
             }
 #else
             const long8 old = vload8(0, at);
+            const int8 covered = ~(outside >> 31);
             const int16 wide = LANES16(covered, covered, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7);
 #ifdef COUNT
             vstore8(old - as_long8(wide), 0, at);
@@ -120,5 +120,6 @@ static inline void walk_tile(const Walk *walk, __global long *restrict keys, con
 #endif
 #endif
         }
+        row0 += walk->dx[0], row1 += walk->dx[1], row2 += walk->dx[2];
     }
 }

@@ -61,3 +61,10 @@ static inline int largest_lane(const int8 a)
     const int2 two = max(four.lo, four.hi);
     return max(two.x, two.y);
 }
+
+static inline uint smallest_lane(const uint8 a)
+{
+    const uint4 four = min(a.lo, a.hi);
+    const uint2 two = min(four.lo, four.hi);
+    return min(two.x, two.y);
+}

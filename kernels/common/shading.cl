@@ -5,15 +5,19 @@
 // Reads     nothing
 // Writes    nothing
 // Needs     common/screen.cl common/packed.cl
+// Defines   INSTANCED, SMOOTH as in stages/fragment.cl
 
 #pragma OPENCL FP_CONTRACT ON
+#define GROUPS (TILE / 8) // of pixels in a tile's row
 
-// the corners of eight pixels, transposed: x, y and 1 / w; `single`: all of one triangle
-static inline planes8 gather_screen(__global const int *restrict screen, const uint *r, const bool single)
+// corners of eight pixels, transposed: x, y and 1 / w. With `two`, all are those of the first or, where `second`, the last
+static inline planes8 gather_screen(__global const int *restrict screen, const uint *r, const bool two, const int8 second)
 {
-    if (single) {
-        const int4 v = vload4(r[0], screen);
-        const planes8 e = {(float8)((float)v.x), (float8)((float)v.y), (float8)(as_float(v.w))};
+    if (two) {
+        const int4 a = vload4(r[0], screen), b = vload4(r[7], screen);
+        const planes8 e = {convert_float8(second ? (int8)(b.x) : (int8)(a.x)),
+                           convert_float8(second ? (int8)(b.y) : (int8)(a.y)),
+                           as_float8(second ? (int8)(b.w) : (int8)(a.w))};
         return e;
     }
     const int8 p = (int8)(vload4(r[0], screen), vload4(r[4], screen)), q = (int8)(vload4(r[1], screen), vload4(r[5], screen));
@@ -21,16 +25,19 @@ static inline planes8 gather_screen(__global const int *restrict screen, const u
     const int8 pq = LANES(p, q, 0, 8, 1, 9, 4, 12, 5, 13), st = LANES(s, t, 0, 8, 1, 9, 4, 12, 5, 13);
     const int8 pq2 = LANES(p, q, 2, 10, 3, 11, 6, 14, 7, 15), st2 = LANES(s, t, 2, 10, 3, 11, 6, 14, 7, 15);
     const planes8 e = {convert_float8(LANES(pq, st, 0, 1, 8, 9, 4, 5, 12, 13)),
-                     convert_float8(LANES(pq, st, 2, 3, 10, 11, 6, 7, 14, 15)),
-                     as_float8(LANES(pq2, st2, 2, 3, 10, 11, 6, 7, 14, 15))};
+                       convert_float8(LANES(pq, st, 2, 3, 10, 11, 6, 7, 14, 15)),
+                       as_float8(LANES(pq2, st2, 2, 3, 10, 11, 6, 7, 14, 15))};
     return e;
 }
 
-// rows of three floats, transposed; a row is loaded with the first of the next, which the last row does not have
-static inline planes8 gather(__global const float *restrict rows, const uint *r, const bool single, const uint count)
+// likewise rows of three floats; a row is loaded with the first of the next, which the last row does not have
+static inline planes8 gather(
+    __global const float *restrict rows, const uint *r, const bool two, const int8 second, const uint count)
 {
-    if (single) {
-        const planes8 e = {(float8)(rows[3 * (size_t)r[0]]), (float8)(rows[3 * (size_t)r[0] + 1]), (float8)(rows[3 * (size_t)r[0] + 2])};
+    if (two) {
+        const float3 a = vload3(r[0], rows), b = vload3(r[7], rows);
+        const planes8 e = {second ? (float8)(b.x) : (float8)(a.x), second ? (float8)(b.y) : (float8)(a.y),
+                           second ? (float8)(b.z) : (float8)(a.z)};
         return e;
     }
     float4 f[8];
@@ -42,7 +49,7 @@ static inline planes8 gather(__global const float *restrict rows, const uint *r,
     const float8 pq = LANES(p, q, 0, 8, 1, 9, 4, 12, 5, 13), st = LANES(s, t, 0, 8, 1, 9, 4, 12, 5, 13);
     const float8 pq2 = LANES(p, q, 2, 10, 2, 10, 6, 14, 6, 14), st2 = LANES(s, t, 2, 10, 2, 10, 6, 14, 6, 14);
     const planes8 e = {LANES(pq, st, 0, 1, 8, 9, 4, 5, 12, 13), LANES(pq, st, 2, 3, 10, 11, 6, 7, 14, 15),
-                     LANES(pq2, st2, 0, 1, 8, 9, 4, 5, 12, 13)};
+                       LANES(pq2, st2, 0, 1, 8, 9, 4, 5, 12, 13)};
     return e;
 }
 
@@ -115,4 +122,43 @@ static inline planes8 mapped_colour(__global const float *restrict colour_map, c
                      (float8)(c[0].y, c[1].y, c[2].y, c[3].y, c[4].y, c[5].y, c[6].y, c[7].y),
                      (float8)(c[0].z, c[1].z, c[2].z, c[3].z, c[4].z, c[5].z, c[6].z, c[7].z)};
     return e;
+}
+
+// which triangle each pixel of a row sees; one bit is set per eight pixels that see any. A row ahead of its use, so that
+// the triangles' lines come into the cache meanwhile
+static inline uint row_ids(
+    __global const long *restrict keys,
+    __global const uint *restrict flags,
+    __global const uint *restrict triangles,
+    uint *ids,
+    const int row,
+    const uint tile,
+    const uint tile_count,
+    const uint map_count)
+{
+    uint hits = 0;
+    for (int group = 0; group < GROUPS; ++group) {
+        long8 key = KEY_EMPTY;
+        for (uint map = 0; map < map_count; ++map)
+            if (flags[FLAGS_OPEN + map * tile_count + tile]) {
+                const size_t pixel = ((size_t)map * tile_count + tile) * TILE_PIXELS + row * TILE + 8 * group;
+                const long8 other = *(__global const long8 *)(keys + pixel);
+                key = other < key ? other : key;
+            }
+        const uint8 id = as_uint16(key).even; // convert_uint8 of a long8 breaks the programs that PoCL 3.0 caches
+        vstore8(id, group, ids);
+        const bool hit = lane_signs(id != ID_EMPTY);
+        hits |= (uint)hit << group;
+        if (hit && !INSTANCED)
+            for (int lane = lane_signs(id != id.s0) ? 0 : 6; lane < 8; lane += 2)
+                if (ids[8 * group + lane] != ID_EMPTY) prefetch(triangles + 3 * (size_t)ids[8 * group + lane], 1);
+    }
+    return hits;
+}
+
+static inline uint3 triangle_corners(
+    __global const uint *restrict triangles, const uint id, const uint pattern_count, const uint instance_vertices)
+{
+    const uint instance = INSTANCED ? id / pattern_count : 0;
+    return vload3(id - instance * pattern_count, triangles) + instance * instance_vertices;
 }

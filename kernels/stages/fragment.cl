@@ -15,8 +15,6 @@
 // Needs     common/shading.cl
 // Defines   SMOOTH 0 facets, 1 interpolated normals; COLOUR 0 one colour, 1 triangle id, 2 and 3 values; WIRE, INSTANCED 0 or 1
 
-#define GROUPS (TILE / 8)
-
 __kernel void stages_fragment_shade(
     __global const long *restrict keys,
     __global const uint *restrict flags,
@@ -52,58 +50,47 @@ __kernel void stages_fragment_shade(
     const int tiles_per_row = (width + TILE - 1) / TILE;
     const int left = (int)(tile % tiles_per_row) * TILE, top = (int)(tile / tiles_per_row) * TILE;
     const int first = top + (int)(get_global_id(0) % items_per_tile * rows_per_item);
-    for (int row = first; row < min(first + (int)rows_per_item, height); ++row) {
+    const int end = min(first + (int)rows_per_item, height);
+    if (first >= end) return;
+    uint rows[2][TILE];
+    uint next_hits = row_ids(keys, flags, triangles, rows[0], first - top, tile, tile_count, map_count);
+    for (int row = first; row < end; ++row) {
         __global uint *out = image + (size_t)row * tiles_per_row * TILE + left;
         const float t = (row + 0.5f) / height;
         const uint8 background = pixel_colour(spread(background_top.xyz + (background_bottom.xyz - background_top.xyz) * t));
 
         // four short walks along the row rather than a long one: each leaves room for its own latencies to overlap
-        uint ids[TILE], corners[3][TILE];
-        uint hits = 0; // one bit per eight pixels
-        for (int group = 0; group < GROUPS; ++group) {
-            long8 key = KEY_EMPTY;
-            for (uint map = 0; map < map_count; ++map)
-                if (flags[FLAGS_OPEN + map * tile_count + tile]) {
-                    const size_t pixel = ((size_t)map * tile_count + tile) * TILE_PIXELS + (row - top) * TILE + 8 * group;
-                    const long8 other = *(__global const long8 *)(keys + pixel);
-                    key = other < key ? other : key;
-                }
-            const uint8 id = as_uint16(key).even; // convert_uint8 of a long8 breaks the programs that PoCL 3.0 caches
-            vstore8(id, group, ids);
-            hits |= (uint)(lane_signs(id != ID_EMPTY) != 0) << group;
-        }
+        const uint hits = next_hits;
+        uint *ids = rows[(row - first) & 1];
+        if (row + 1 < end)
+            next_hits = row_ids(
+                keys, flags, triangles, rows[(row + 1 - first) & 1], row + 1 - top, tile, tile_count, map_count);
 
-        uint last = ID_EMPTY, a = 0, b = 0, c = 0;
-        if (hits)
-            for (int pixel = 0; pixel < TILE; ++pixel) {
-                if (pixel % 8 == 0 && !lane_signs(vload8(pixel / 8, ids) != last)) { // eight more of the same
-                    vstore8((uint8)(a), pixel / 8, corners[0]);
-                    vstore8((uint8)(b), pixel / 8, corners[1]);
-                    vstore8((uint8)(c), pixel / 8, corners[2]);
-                    pixel += 7;
-                    continue;
+        uint corners[3][TILE];
+        uint twos = 0; // one bit per eight pixels: they see the triangle of the first or that of the last, no third
+        for (int group = 0; group < GROUPS; ++group) {
+            if (!(hits >> group & 1)) continue;
+            const uint8 id = vload8(group, ids);
+            const uint some = smallest_lane(id); // where nothing was hit, a neighbour's is looked at and thrown away
+            const int8 second = id != id.s0;
+            const bool two = !lane_signs(second & (id != id.s7));
+            twos |= (uint)two << group;
+            for (int lane = 0; lane < 8; lane += two ? 7 : 1) {
+                const uint shown = ids[8 * group + lane] == ID_EMPTY ? some : ids[8 * group + lane];
+                const uint3 c = triangle_corners(triangles, shown, pattern_count, instance_vertices);
+                corners[0][8 * group + lane] = c.x;
+                corners[1][8 * group + lane] = c.y;
+                corners[2][8 * group + lane] = c.z;
+                prefetch(screen + 4 * (size_t)c.x, 1);
+                prefetch(screen + 4 * (size_t)c.y, 1);
+                prefetch(screen + 4 * (size_t)c.z, 1);
+                if (SMOOTH) {
+                    prefetch(normals + 3 * (size_t)c.x, 1);
+                    prefetch(normals + 3 * (size_t)c.y, 1);
+                    prefetch(normals + 3 * (size_t)c.z, 1);
                 }
-                const uint id = ids[pixel];
-                if (id != last && id != ID_EMPTY) {
-                    last = id;
-                    const uint instance = INSTANCED ? id / pattern_count : 0;
-                    const uint k = id - instance * pattern_count, base = instance * instance_vertices;
-                    a = triangles[3 * (size_t)k] + base;
-                    b = triangles[3 * (size_t)k + 1] + base;
-                    c = triangles[3 * (size_t)k + 2] + base;
-                    prefetch(screen + 4 * (size_t)a, 1);
-                    prefetch(screen + 4 * (size_t)b, 1);
-                    prefetch(screen + 4 * (size_t)c, 1);
-                    if (SMOOTH) {
-                        prefetch(normals + 3 * (size_t)a, 1);
-                        prefetch(normals + 3 * (size_t)b, 1);
-                        prefetch(normals + 3 * (size_t)c, 1);
-                    }
-                }
-                corners[0][pixel] = a; // where nothing was hit, what a neighbour hit is looked at and thrown away
-                corners[1][pixel] = b;
-                corners[2][pixel] = c;
             }
+        }
 
         planes8 facing[GROUPS], weights[GROUPS];
         float8 inks[GROUPS];
@@ -112,16 +99,18 @@ __kernel void stages_fragment_shade(
             if (!(hits >> group & 1)) continue;
             const float8 x = convert_float8((left + 8 * group + LANE) * SUBPIXELS + SUBPIXELS / 2);
             const uint8 id = vload8(group, ids);
-            const bool single = !lane_signs(id != id.s0);
+            const bool two = twos >> group & 1;
+            const int8 second = id != id.s0;
             const uint *ra = corners[0] + 8 * group, *rb = corners[1] + 8 * group, *rc = corners[2] + 8 * group;
-            planes8 a = gather_screen(screen, ra, single), b = gather_screen(screen, rb, single), c = gather_screen(screen, rc, single);
+            planes8 a = gather_screen(screen, ra, two, second), b = gather_screen(screen, rb, two, second);
+            planes8 c = gather_screen(screen, rc, two, second);
             planes8 pa, pb, pc;
             float8 wa = a.z, wb = b.z, wc = c.z;
             const bool clipped = lane_signs(as_int8(wa) | as_int8(wb) | as_int8(wc));
             if (clipped || !SMOOTH) {
-                pa = gather(positions, ra, single, vertex_count);
-                pb = gather(positions, rb, single, vertex_count);
-                pc = gather(positions, rc, single, vertex_count);
+                pa = gather(positions, ra, two, second, vertex_count);
+                pb = gather(positions, rb, two, second, vertex_count);
+                pc = gather(positions, rc, two, second, vertex_count);
             }
             if (clipped) {
                 a = seen_from(pa, to_screen, x, y), b = seen_from(pb, to_screen, x, y), c = seen_from(pc, to_screen, x, y);
@@ -147,9 +136,9 @@ __kernel void stages_fragment_shade(
             }
             planes8 normal;
             if (SMOOTH) {
-                const planes8 na = gather(normals, ra, single, vertex_count);
-                const planes8 nb = gather(normals, rb, single, vertex_count);
-                const planes8 nc = gather(normals, rc, single, vertex_count);
+                const planes8 na = gather(normals, ra, two, second, vertex_count);
+                const planes8 nb = gather(normals, rb, two, second, vertex_count);
+                const planes8 nc = gather(normals, rc, two, second, vertex_count);
                 normal.x = u * na.x + v * nb.x + w * nc.x;
                 normal.y = u * na.y + v * nb.y + w * nc.y;
                 normal.z = u * na.z + v * nb.z + w * nc.z;
@@ -171,9 +160,11 @@ __kernel void stages_fragment_shade(
             if (COLOUR == 2 || COLOUR == 3) {
                 float value[3][8];
                 for (int lane = 0; lane < 8; ++lane) {
-                    if (COLOUR == 2) value[0][lane] = ids[8 * group + lane] == ID_EMPTY ? 0.0f : values[ids[8 * group + lane] / triangles_per_value];
+                    const uint *shown = ids + 8 * group;
+                    if (COLOUR == 2) value[0][lane] = shown[lane] == ID_EMPTY ? 0.0f : values[shown[lane] / triangles_per_value];
+                    const int from = 8 * group + (twos >> group & 1 ? (shown[lane] == shown[0] ? 0 : 7) : lane);
                     if (COLOUR == 3)
-                        for (int n = 0; n < 3; ++n) value[n][lane] = values[corners[n][8 * group + lane]];
+                        for (int n = 0; n < 3; ++n) value[n][lane] = values[corners[n][from]];
                 }
                 const planes8 kept = weights[group];
                 const float8 first = vload8(0, value[0]);

@@ -33,22 +33,11 @@
     const int8 owned##k = (dy##k < 0) | ((dy##k == 0) & (dx##k > 0));                                                  \
     int8 row##k = (dx##k * (centre_y - ay) - dy##k * (centre_x - ax) - 1 - owned##k) >> 8;
 
-// put the fragments of up to eight rounds into the map; bit 8 * round + lane says which there are
-static inline void canvas_put(const Canvas *canvas, ulong bits, const uint *pixels, const uint *depths, const uint t)
-{
-    while (bits) {
-        const uint slot = 63 - (uint)clz(bits);
-        bits ^= 1UL << slot;
-        const uint pixel = pixels[slot];
-        tile_open(canvas, pixel / TILE_PIXELS);
-        key_put(canvas->keys + pixel, ((long)depths[slot] << 32) | (t + (slot & 7)));
-    }
-}
-
 // triangles up to SMALL pixels wide and high: one per lane, all their pixel centres in step; returns the others, to be
 // drawn one by one
 static inline uint canvas_draw_eight(
-    const Canvas *canvas, __global const int *restrict screen, const uint *corners, const uint t, const uint end)
+    const Canvas *canvas, Waiting *waiting, __global const int *restrict screen, const uint *corners, const uint t,
+    const uint end)
 {
     EIGHT_CORNERS(0, x0, y0, z0, w0)
     EIGHT_CORNERS(1, x1, y1, z1, w1)
@@ -99,14 +88,14 @@ static inline uint canvas_draw_eight(
             vstore8(as_uint8(line + x + (x >> 6) * (TILE_PIXELS - TILE)), round, pixels);
             bits |= (ulong)(~lane_signs(f0 | f1 | f2) & drawn) << (8 * round);
             if (++round == 8) {
-                canvas_put(canvas, bits, pixels, depths, t);
+                canvas_put(canvas, waiting, bits, pixels, depths, t);
                 bits = 0, round = 0;
             }
             f0 -= dy0, f1 -= dy1, f2 -= dy2;
         }
         row0 += dx0, row1 += dx1, row2 += dx2;
     }
-    canvas_put(canvas, bits, pixels, depths, t);
+    canvas_put(canvas, waiting, bits, pixels, depths, t);
     return others;
 }
 
@@ -139,9 +128,11 @@ __kernel void stages_raster_triangles(
                            width, height, across, large_capacity, large_pixels, cull};
     const uint count = min(live[1], triangle_count);
     const uint block = clamp(count / (64 * item_count) / 8 * 8, 32u, 4096u); // small enough to share out evenly
+    Waiting waiting;
+    waiting.count = 0;
     for (;;) {
         const ulong first = (ulong)atomic_inc(flags) * block;
-        if (first >= count) return;
+        if (first >= count) break;
         const uint end = (uint)min(first + block, (ulong)count);
         uint k = (uint)first % pattern_count, base = (uint)first / pattern_count * instance_vertices;
         for (uint t = first; t < end; t += 8) {
@@ -157,7 +148,7 @@ __kernel void stages_raster_triangles(
                     k += t + lane + 1 < end;
                 }
             }
-            uint others = canvas_draw_eight(&canvas, screen, corners, t, end);
+            uint others = canvas_draw_eight(&canvas, &waiting, screen, corners, t, end);
             while (others) {
                 const uint lane = 31 - clz(others);
                 others ^= 1u << lane;
@@ -170,6 +161,7 @@ __kernel void stages_raster_triangles(
             }
         }
     }
+    waiting_put(&canvas, &waiting);
 }
 
 __kernel void stages_raster_large(
