@@ -24,7 +24,7 @@ LARGE_PIXELS = 4096  # of a triangle's box: above, and above 1/256 of the image,
 LARGE_CAPACITY = (
     1 << 15
 )  # triangles that are shared out by tiles; one too many is drawn where it is found
-MAPS = 8  # private maps at most: each costs 8 bytes per pixel that it touches
+MAPS = 16  # private maps at most: each costs 8 bytes per pixel that it touches
 GPU_ITEMS = 1 << 14
 KEY_BYTES = 8
 ATOMICS = "cl_khr_int64_extended_atomics"
@@ -47,7 +47,7 @@ class Raster:
         height: pixels, 1 to 16384.
         look: how it is drawn.
         view: what is seen in frames that bring no view.
-        maps: private maps; None takes one per compute unit, at most 8.
+        maps: private maps; None takes one per compute unit, at most 16.
         shared: one map with atomics; None: where the device is no CPU.
         count: count how often each pixel is covered in place of keeping the nearest; no image then.
         local: work-items per group of the raster and fragment launches; None takes what suits the device.
