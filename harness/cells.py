@@ -162,7 +162,7 @@ MOST = 6
 def headlines(document: Document) -> list[Headline]:
     """How fast the table's subject is against each baseline: the median and range over verified cases.
 
-    The subject is the first system that is no baseline itself.
+    The subject is the first system that is no baseline itself and has ratios to this one.
     """
     keys = [
         column["key"]
@@ -170,10 +170,11 @@ def headlines(document: Document) -> list[Headline]:
         if column["key"].startswith("ratio_to_") and not column["key"].endswith(("_low", "_high"))
     ]
     baselines = [key.removeprefix("ratio_to_") for key in keys]
-    subject = next((r["system"] for r in document["rows"] if r["system"] not in baselines), None)
     found = []
     for key, baseline in zip(keys, baselines, strict=True):
-        ratios = [r[key] for r in document["rows"] if r["system"] == subject and r.get(key)]
+        ours = [r for r in document["rows"] if r["system"] not in baselines and r.get(key)]
+        subject = ours[0]["system"] if ours else None
+        ratios = [r[key] for r in ours if r["system"] == subject]
         if not ratios:
             continue
         several = (

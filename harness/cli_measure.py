@@ -226,6 +226,8 @@ def reproduce(
     )  # fmt: skip
     with records_kept(folder):
         made = derive.write_tables(folder)
+        if lacking := derive.draw_pictures(folder, device):
+            say(lacking)
         page = derive.write_report(folder)
     if json_output:
         say_json({"folder": folder, "report": page, "tables": made})

@@ -1,4 +1,4 @@
-"""All that is made from a run's records: tables, figures, the report. Nothing here measures."""
+"""All that is made from a run's records: tables, figures, pictures, the report. Only pictures need a device."""
 
 from __future__ import annotations
 
@@ -42,6 +42,21 @@ def write_report(folder: Path) -> Path | None:
         plots.write_figures(folder)
         return None
     return report.write_report(folder)
+
+
+def draw_pictures(folder: Path, device_name: str | None) -> str:
+    """The run's pictures; returns why there are none, or "".
+
+    They need a device that can hold an image, and the package that writes PNG files.
+    """
+    from lodbench.harness import pictures
+    from lodbench.kernels.device import Device, Unsupported
+
+    try:
+        pictures.write_pictures(folder, Device.open(device_name))
+    except (ImportError, Unsupported) as reason:
+        return f"no pictures: {reason}"
+    return ""
 
 
 def brief_columns(folder: Path, made: dict[str, Any]) -> list[dict[str, str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import re
 from collections.abc import Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass
@@ -157,12 +158,22 @@ def _again(run: RunRecord) -> str:
 
 
 def _images(folder: Path) -> list[dict[str, str]]:
+    """Pictures in the order of their list, with its captions; others after them, by name."""
+    folder = folder / "images"
+    listed = folder / "pictures.json"
+    captions: dict[str, str] = {}
+    if listed.is_file():
+        captions = {each["file"]: each["caption"] for each in json.loads(listed.read_text())}
+    order = list(captions)
     found = []
-    for path in sorted((folder / "images").glob("*")):
+    for path in sorted(
+        folder.glob("*"),
+        key=lambda path: (order.index(path.name) if path.name in captions else len(order), path),
+    ):
         if path.suffix.lower() in IMAGES:
             data = base64.b64encode(path.read_bytes()).decode()
             kind = IMAGES[path.suffix.lower()]
-            name = path.stem.replace("_", " ")
+            name = captions.get(path.name, path.stem.replace("_", " "))
             found.append({"name": name, "data": f"data:{kind};base64,{data}"})
     return found
 

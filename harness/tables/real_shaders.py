@@ -79,9 +79,9 @@ def groups(quick: bool) -> list[Group]:
 def _row(run: RunRecord, group: GroupRecord, label: str) -> Row:
     subject = group.subjects[label]
     row = measured(group, subject) | ratios(group, subject, BASELINES, run.environment["seed"])
-    device = run.environment["device"]
-    ours = f"{device.get('platform')}: {device['name']}" if subject.samples else None
-    row["driver"] = subject.driver or ours
+    pocl = run.environment.get("pocl")
+    ours = f"PoCL {pocl}" if pocl else run.environment["device"].get("platform")
+    row["driver"] = subject.driver or (ours and subject.samples and f"OpenCL, {ours}") or None
     wall = row["wall_s"]
     if wall and row["work"] in DRAWN:
         row["frame_fps"] = 1 / wall
@@ -108,12 +108,12 @@ TABLE = Table(
         Column("segments", "segments"),
         Column("cells", "cells"),
         Column("system", "system"),
-        Column("driver", "driver"),
         Column("triangles_out", "triangles out"),
         *WALL_COLUMNS,
         Column("stage_s", "device time", "s"),
         Column("frame_fps", "frame fps", "1/s"),
         *ratio_columns(BASELINES),
+        Column("driver", "driver"),
     ),
     brief=(
         "work",

@@ -125,11 +125,12 @@ def find(name):
 
 
 def install(patch=setattr, seconds=0.0):
-    """Put the fakes in place of the registry, the catalogue, the tables, the limits and the report."""
+    """Put the fakes in place of the registry, the catalogue, the tables, the limits, the pictures and the report."""
     made = table(seconds)
     patch(registry, "registry", lambda: registry.Registry(dict(SYSTEMS), {"gone": "no package"}))
     patch(catalogue, "find", find)
     patch(tables, "tables", lambda: {made.id: made})
     patch(limits, "measure", lambda device: LIMITS)
     patch(derive, "write_report", lambda folder: None)
+    patch(derive, "draw_pictures", lambda folder, device: "")
     return made
