@@ -34,12 +34,12 @@ SHADE_LEVELS = 1.0
 by half of 1/256 pixel changes in the weights."""
 
 GL_VERTEX = 1e-6
-"""A vertex stage's point (over the largest coordinate) or unit normal against a shader's: both sum three float32 products,
-in another order and with or without fusing, and divide by a root."""
+"""A vertex stage's point (over the largest coordinate) or unit normal against a shader's: both sum three float32
+products, in another order and with or without fusing, and divide by a root."""
 
 GL_REPRESENTATIVE = 1e-2
-"""The median representative of a cell against the published passes', in cells: along a flat surface the minimum is soft,
-and sums of planes differ in float32; the largest is judged across the planes, by the quadric itself."""
+"""The median representative of a cell against the published passes', in cells: along a flat surface the minimum is
+soft, and sums of planes differ in float32; the largest is judged across the planes, by the quadric itself."""
 
 GL_PSNR = 40.0
 """An image against a driver's away from outlines, dB: 40 is 2.5 levels of 255 on average."""
@@ -49,5 +49,5 @@ GL_COVERAGE = 1e-3
 that place them round differently, and centres on an edge may go to either side where the image is upside down."""
 
 GL_DEPTH = 1e-5
-"""Window depth against a driver's, 0..1: 24 bits there, and corners that snap to neighbouring sub-pixels tilt a plane that
-falls by some 1e-3 per pixel."""
+"""Window depth against a driver's, 0..1: 24 bits there, and corners that snap to neighbouring sub-pixels tilt a plane
+that falls by some 1e-3 per pixel."""
