@@ -36,6 +36,8 @@ static inline uint node_triangles(__global const uchar *flags, const uint3 node,
     const int row = (1 << n) + 1;
     const uint size = node.z, low = node.y * row + node.x;
     if (size == 1 || !flags[low + size / 2 * row + size / 2]) return 2;
+    if (size == 2) // most fans: a sample on each edge is a corner or is not
+        return 4 + flags[low + 1] + flags[low + row] + flags[low + row + 2] + flags[low + 2 * row + 1];
     return 4 + edge_corners(flags, low, 1, size) + edge_corners(flags, low + size, row, size)
          + edge_corners(flags, low + size * row, 1, size) + edge_corners(flags, low, row, size);
 }

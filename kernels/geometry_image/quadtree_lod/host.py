@@ -186,9 +186,9 @@ class QuadtreeLod:
         """The smallest threshold with at most `target` triangles, among the nodes' own errors; model units."""
         nodes = [level.ravel() for level in self.tree.read_errors()[1:-1]]
         errors = np.unique(np.concatenate([*nodes, np.zeros(1, np.float32)]))
-        # an error passes only below the threshold: the next float above it lets it pass
-        above = np.nextafter(errors, np.float32(np.inf))
-        steps = np.concatenate([np.zeros(1, np.float32), above])
+        # half-way to the next error, so that neither rounding nor other units change what passes
+        between = (errors.astype(np.float64) + np.append(errors[1:], 2 * errors[-1] + 1e-30)) / 2
+        steps = np.concatenate([np.zeros(1), between])
         low, high = 0, len(steps) - 1
         while low < high:
             middle = (low + high) // 2

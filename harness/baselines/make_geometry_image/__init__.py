@@ -1,0 +1,120 @@
+"""The whole set-up as a subject: a mesh laid out on the sphere, turned, unfolded and sampled.
+
+Its output is the full image's surface, so a table can put time, turned-over triangles, area distortion and error of
+the three ways to the sphere side by side. A way that fails is skipped with the reason.
+
+Source: Wang et al., section 2 (`ray`); Kazhdan, Solomon & Ben-Chen 2012 (`cmcf`); Praun & Hoppe 2003
+(`coarse_to_fine`, a reconstruction).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.harness.baselines.host import HostPrepared
+from lodbench.kernels.device import Device
+from lodbench.kernels.geometry_image.parameterisation import MODES, Made, full_mesh, make
+from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.system import Check, System
+
+LEAST_SHARE = 0.01  # of the surface: the quantile of relative area that is reported
+
+
+@dataclass(frozen=True)
+class Params:
+    """What is made, and how.
+
+    Attributes:
+        n: (2^n + 1)^2 samples, 1 to 11.
+        mode: "coarse_to_fine", "cmcf" or "ray".
+        seed: of what is random in it.
+        turn: "best" or "identity".
+        cache: take the sphere from disk where it is there; False makes it each time.
+    """
+
+    n: int = 8
+    mode: str = MODES[0]
+    seed: int = 0
+    turn: str = "best"
+    cache: bool = False
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.n <= 11:
+            raise ValueError(f"n: expected 1 to 11, got {self.n}")
+        if self.mode not in MODES:
+            raise ValueError(f"mode: expected one of {', '.join(MODES)}, got {self.mode!r}")
+        if self.turn not in ("best", "identity"):
+            raise ValueError(f"turn: expected best or identity, got {self.turn!r}")
+
+
+def relative_areas(mesh: TriangleMesh, made: Made) -> tuple[np.ndarray, np.ndarray]:
+    """Each triangle's share of the sphere over its share of the surface, and the latter."""
+    triangles, sphere = made.spherical.triangles, made.spherical.sphere
+    a, b, c = (sphere[triangles[:, k]] for k in range(3))
+    # small triangles: the flat area is the spherical one to a part in a thousand where it matters
+    on_sphere = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    surface = mesh.positions[made.spherical.used].astype(np.float64)
+    p, q, r = (surface[triangles[:, k]] for k in range(3))
+    in_space = np.linalg.norm(np.cross(q - p, r - p), axis=1)
+    share = in_space / in_space.sum()
+    keep = share > 0
+    return on_sphere[keep] / on_sphere.sum() / share[keep], share[keep]
+
+
+def _count(mesh: TriangleMesh, made: Made | None) -> Mapping[str, int | float]:
+    if made is None:
+        return {}
+    relative, share = relative_areas(mesh, made)
+    order = np.argsort(relative)
+    least = np.searchsorted(np.cumsum(share[order]), LEAST_SHARE)
+    return {
+        "flipped": made.spherical.flipped,
+        "flipped_before_repair": made.spherical.repaired,
+        "degree": made.spherical.degree,
+        "area_min": float(relative.min()),
+        "area_max": float(relative.max()),
+        "area_least_hundredth": float(relative[order[min(least, len(order) - 1)]]),
+        **{f"{step}_s": seconds for step, seconds in made.seconds.items()},
+    }
+
+
+def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
+    """The mesh as it is: everything happens in the call, the star optimisation on the device."""
+    empty = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int))
+    last: list[Made | None] = [None]
+
+    def call(_) -> Made | None:
+        if not mesh.triangle_count:
+            return None
+        last[0] = make(mesh, params.n, params.mode, params.seed, params.turn, device, params.cache)
+        return last[0]
+
+    def judge(_) -> Check:
+        made = last[0]
+        off = abs(made.spherical.degree - 1) + made.spherical.flipped if made else 0.0
+        return Check(off < 1e-6, "triangles turned over, and degree off 1", off, 1e-6)
+
+    return HostPrepared(
+        device,
+        call,
+        read=lambda made: [full_mesh(made.image) if made else empty],
+        judge=judge,
+        setup=Timeline(),
+        input_bytes=mesh.positions.nbytes + mesh.triangles.nbytes,
+        count=lambda made: _count(mesh, made),
+    )
+
+
+SYSTEM = System(
+    name="make_geometry_image",
+    family="baselines",
+    source="Wang, Liu, Feng & Li, section 2; Praun & Hoppe 2003; Kazhdan, Solomon & Ben-Chen 2012",
+    takes=(TriangleMesh,),
+    prepare=prepare,
+    cases={"coarse_to_fine": Params(n=5), "cmcf": Params(n=5, mode="cmcf")},
+    runs_on="host",
+)

@@ -1,0 +1,106 @@
+"""The quadtree of a geometry image walked on the host, level by level from the root: numpy, no loop over nodes.
+
+The role of the predecessor, which chooses and merges on the CPU: here all nodes of a level are looked at together, as
+good numpy code does it; a walk node by node in plain Python would take a hundred times as long. Same tree, same
+threshold and same fans as `quadtree_lod`, with vertices on the samples.
+
+Source: Wang et al., introduction and section 3.2; Zhu, Liu & Zhang 2013, as far as the former describe it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
+from lodbench.harness.baselines.host import HostPrepared
+from lodbench.kernels.device import Device
+from lodbench.kernels.geometry_image.parameterisation import topology
+from lodbench.kernels.geometry_image.quadtree_lod import Params as KernelParams
+from lodbench.kernels.geometry_image.quadtree_lod.fit import pyramid
+from lodbench.kernels.geometry_image.quadtree_lod.host import image_of
+from lodbench.kernels.geometry_image.quadtree_lod.reference import (
+    fine_nodes,
+    merge,
+    node_errors,
+    node_states,
+)
+from lodbench.kernels.geometry_image.quadtree_lod.view import Detail
+from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.system import Check, System
+
+
+@dataclass(frozen=True)
+class Params:
+    """How much detail; the words mean what they mean for the kernels.
+
+    Attributes:
+        n: the image made of a triangle mesh has (2^n + 1)^2 samples, 1 to 11.
+        threshold: largest error of a drawn node, as a fraction of the bounding-box diagonal.
+        seed: of the layout on the sphere.
+        turn: "best" or "identity".
+        cache: keep the sphere on disk.
+    """
+
+    n: int = 8
+    threshold: float = 0.001
+    seed: int = 0
+    turn: str = "best"
+    cache: bool = True
+
+    def __post_init__(self) -> None:
+        self.kernel()
+
+    def kernel(self) -> KernelParams:
+        """The kernels' parameters for the same output."""
+        return KernelParams(
+            self.n, self.threshold, seed=self.seed, turn=self.turn, cache=self.cache
+        )
+
+
+def _closed(meshes: list[TriangleMesh]) -> Check:
+    """Its topology alone: the selection is the reference's own."""
+    faults = 0
+    if meshes[0].triangle_count:
+        found = topology(meshes[0].triangles)
+        edges = (found.open_edges, found.nonmanifold_edges, found.misoriented_edges)
+        faults = sum(map(len, edges)) + abs(found.euler_number - 2)
+    return Check(faults == 0, "edges that do not close, and Euler number off 2", float(faults), 0.0)
+
+
+def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) -> HostPrepared:
+    """The image and its tree on the host.
+
+    Raises:
+        NotSpherical: the mesh is not one closed surface of genus 0.
+    """
+    setup = Timeline()
+    image = image_of(device, mesh, params.kernel(), setup)
+    if image is None:
+        empty = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int))
+        return HostPrepared(device, lambda _: empty, lambda m: [m], lambda m: _closed([*m]), setup)
+    with setup.host("quadtree"):
+        errors = [e.astype(np.float32) for e in node_errors(pyramid(image, "samples"))]
+    flat = image.positions.reshape(-1, 3)
+    diagonal = float(np.linalg.norm(flat.max(0).astype(np.float64) - flat.min(0)))
+    detail = Detail(float(np.float32(params.threshold * diagonal)))
+    return HostPrepared(
+        device,
+        lambda _: merge(image, node_states(fine_nodes(errors, [], detail))),
+        read=lambda output: [output],
+        judge=lambda meshes: _closed([*meshes]),
+        setup=setup,
+        input_bytes=image.positions.nbytes + image.normals.nbytes + sum(e.nbytes for e in errors),
+    )
+
+
+SYSTEM = System(
+    name="numpy_quadtree_lod",
+    family="baselines",
+    source="Wang, Liu, Feng & Li, section 3.2",
+    takes=(TriangleMesh, GeometryImage),
+    prepare=prepare,
+    cases={"thousandth": Params(n=6), "full": Params(n=6, threshold=0.0)},
+    runs_on="host",
+)

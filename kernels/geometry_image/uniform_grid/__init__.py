@@ -1,0 +1,58 @@
+"""A geometry image at one detail everywhere: what choosing nodes by their error is measured against.
+
+With as many cells as the image has it is the static vertex buffer of the full image, with half, a quarter ... its mip
+levels. Other even numbers sample the image in between, so that triangle counts can be made equal.
+
+Source: Gu, Gortler & Hoppe 2002, section 1 (level of detail by mip-mapping the image); Wang et al. have no such row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
+from lodbench.kernels.geometry_image import quadtree_lod
+from lodbench.kernels.geometry_image.uniform_grid.host import prepare
+from lodbench.kernels.system import System
+
+
+@dataclass(frozen=True)
+class Params:
+    """Which grid.
+
+    Attributes:
+        n: the image made of a triangle mesh has (2^n + 1)^2 samples, 1 to 11; a geometry image brings its own.
+        cells: cells along a side, even; None takes the image's own. The grid has 2 * cells^2 triangles.
+        target_count: not None: the most cells, even, with at most so many triangles.
+        seed: of the layout on the sphere.
+        turn: "best" or "identity", how the sphere is turned before it is unfolded.
+        cache: keep the sphere on disk.
+    """
+
+    n: int = 8
+    cells: int | None = None
+    target_count: int | None = None
+    seed: int = 0
+    turn: str = "best"
+    cache: bool = True
+
+    def __post_init__(self) -> None:
+        self.layout()
+        if self.cells is not None and (self.cells < 2 or self.cells % 2):
+            raise ValueError(f"cells: expected an even number from 2, got {self.cells}")
+        if self.target_count is not None and self.target_count < 8:
+            raise ValueError(f"target_count: expected at least 8, got {self.target_count}")
+
+    def layout(self) -> quadtree_lod.Params:
+        """The parameters of making the image."""
+        return quadtree_lod.Params(n=self.n, seed=self.seed, turn=self.turn, cache=self.cache)
+
+
+SYSTEM = System(
+    name="uniform_grid",
+    family="geometry_image",
+    source="Gu, Gortler & Hoppe 2002, section 1",
+    takes=(TriangleMesh, GeometryImage),
+    prepare=prepare,
+    cases={"full": Params(n=6), "quarter": Params(n=6, target_count=2048)},
+)
