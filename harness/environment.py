@@ -74,8 +74,12 @@ def package_versions() -> dict[str, str | None]:
 
 
 def variables() -> dict[str, str]:
-    """Environment variables that change what OpenCL or lodbench do."""
-    return {name: value for name, value in sorted(os.environ.items()) if name.startswith(VARIABLES)}
+    """Environment variables that change what OpenCL or lodbench do; of a path, its last part alone."""
+    return {
+        name: Path(value).name if os.path.isabs(value) else value
+        for name, value in sorted(os.environ.items())
+        if name.startswith(VARIABLES)
+    }
 
 
 def now() -> str:

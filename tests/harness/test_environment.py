@@ -31,3 +31,11 @@ def test_only_variables_that_matter_are_kept(monkeypatch):
     monkeypatch.setenv("SECRET_TOKEN", "x")
     assert environment.variables()["POCL_MAX_PTHREAD_COUNT"] == "2"
     assert "SECRET_TOKEN" not in environment.variables()
+
+
+def test_environment_keeps_no_paths_of_the_machine(monkeypatch):
+    monkeypatch.setenv("LODBENCH_DATA", "/somebody/models")
+    monkeypatch.setenv("POCL_AFFINITY", "1")
+    found = environment.variables()
+    assert found["LODBENCH_DATA"] == "models"
+    assert found["POCL_AFFINITY"] == "1"
