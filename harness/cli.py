@@ -219,7 +219,7 @@ def list_datasets(json_output: JsonOption = False, keep: FilterOption = None) ->
 
 def _register() -> None:
     """Import the files that add their commands to `app`."""
-    from lodbench.harness import cli_measure, cli_mesh  # noqa: F401  commands are added on import
+    from lodbench.harness import cli_image, cli_measure, cli_mesh  # noqa: F401  commands are added on import
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -16,7 +16,7 @@ InArgument = Annotated[
 OutArgument = Annotated[Path, typer.Argument(metavar="OUT", help="Where the result goes.")]
 
 
-def _input(path: Path) -> Any:
+def input_mesh(path: Path) -> Any:
     """The mesh in a file; or, where there is no such file, the dataset of that name."""
     from lodbench.datasets_gen import catalogue, read
     from lodbench.datasets_gen.surfaces import TriangleMesh
@@ -94,7 +94,7 @@ def simplify(
 
     grid = _cells(cells)
     read.check_writable(out)
-    mesh = _input(source)
+    mesh = input_mesh(source)
     opened = Device.open(device)
     started = time.perf_counter()
     result = simplify_mesh(
@@ -134,7 +134,7 @@ def refine(
 
     extra = {"amplitude": displace, "waves": waves} if displace else {}
     read.check_writable(out)
-    mesh = _input(source)
+    mesh = input_mesh(source)
     opened = Device.open(device)
     started = time.perf_counter()
     result = refine_mesh(opened, mesh, segments=segments, method=method, weld=weld, **extra)
@@ -180,7 +180,7 @@ def render(
     angles = _numbers("camera", camera, ",", float)
     if out.suffix.lower() != ".png":
         raise ValueError(f"OUT: expected a name that ends in .png, got {out}")
-    mesh = _input(source)
+    mesh = input_mesh(source)
     opened = Device.open(device)
     started = time.perf_counter()
     image = draw(
@@ -233,7 +233,7 @@ def make(
 
     catalogue.find(name)
     read.check_writable(out)
-    mesh = _input(Path(name))
+    mesh = input_mesh(Path(name))
     read.write_mesh(out, mesh)
     say(f"{out}: {mesh.triangle_count:,} triangles, {mesh.vertex_count:,} points")
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.device import Device
 from lodbench.kernels.stages.timeline import Timeline
 
@@ -136,7 +136,7 @@ def simplify_mesh(
 
     Args:
         device: an open device, a name for `Device.open`, or None for the default, which stays open.
-        mesh: see `as_mesh`.
+        mesh: see `as_mesh`; or, with method="quadtree_lod", a `GeometryImage`.
         target_reduction: share of triangles removed, 0 to below 1; 0.9 leaves a tenth.
         target_count: triangles left at most; the result has at least 95 % of them, or comes from the nearest grid and
             says so in `counters`.
@@ -152,8 +152,14 @@ def simplify_mesh(
         Unsupported: the device cannot hold the mesh.
     """
     chosen = _method("simplify", method)
-    surface = as_mesh(mesh)
-    wanted = target_triangles(surface.triangle_count, target_reduction, target_count)
+    surface = mesh if isinstance(mesh, GeometryImage) else as_mesh(mesh)
+    if isinstance(surface, GeometryImage):
+        if method != "quadtree_lod":
+            raise TypeError(f"method: expected quadtree_lod for a geometry image, got {method!r}")
+        count = 2 * (surface.positions.shape[0] - 1) ** 2
+    else:
+        count = surface.triangle_count
+    wanted = target_triangles(count, target_reduction, target_count)
     if (wanted is None) == (cells is None):
         got = "none" if cells is None else "more"
         raise ValueError(f"expected one of target_reduction, target_count and cells, got {got}")
@@ -174,14 +180,15 @@ def simplify(
     """Fewer triangles of the same shape: (points, faces) of the simplified mesh.
 
     The first three arguments are those of `fast_simplification.simplify`; the rest, and the errors, are those of
-    `simplify_mesh`, which also returns the map from input to output vertices.
+    `simplify_mesh`, which also returns the map from input to output vertices. With method="quadtree_lod" a
+    `GeometryImage` may stand in for points and faces.
 
     Returns:
         points (n, 3) float32 and faces (m, 3) uint32.
     """
     result = simplify_mesh(
         device,
-        as_mesh(points, faces),
+        points if faces is None else as_mesh(points, faces),
         target_reduction=target_reduction,
         target_count=target_count,
         cells=cells,

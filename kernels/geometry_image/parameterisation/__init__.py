@@ -8,10 +8,10 @@ star-shaped models, so the default is a coarse-to-fine embedding after Praun & H
 from lodbench.kernels.geometry_image.parameterisation.checks import NotSpherical, topology
 from lodbench.kernels.geometry_image.parameterisation.image import (
     Made,
+    as_pictures,
     full_mesh,
     geometry_image,
     make,
-    write_image,
 )
 from lodbench.kernels.geometry_image.parameterisation.spherical import (
     MODES,
@@ -21,6 +21,6 @@ from lodbench.kernels.geometry_image.parameterisation.spherical import (
 )
 
 __all__ = [
-    "MODES", "Made", "NotOneToOne", "NotSpherical", "SphericalMap", "full_mesh", "geometry_image",
-    "make", "spherical_map", "topology", "write_image",
+    "MODES", "Made", "NotOneToOne", "NotSpherical", "SphericalMap", "as_pictures", "full_mesh", "geometry_image",
+    "make", "spherical_map", "topology",
 ]  # fmt: skip

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.device import Device
@@ -152,31 +152,16 @@ def geometry_image(
     return make(mesh, n, mode, seed, turn, device, cache, progress).image
 
 
-def write_image(image: GeometryImage, path: str | Path) -> None:
-    """Write positions and normals as .npz, or as one PNG each with the box scaled to 0..255.
+def as_pictures(image: GeometryImage) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Positions, the bounding box scaled to 0..255, and normals as red, green, blue: (side, side, 3) uint8 each.
 
-    Args:
-        image: what to write.
-        path: ending .npz, or .png: x.png gets the positions as red, green, blue and x_normals.png the normals.
-
-    Raises:
-        ValueError: another ending.
+    Source: Gu, Gortler & Hoppe 2002, figure 1.
     """
-    path = Path(path)
-    if path.suffix == ".npz":
-        np.savez_compressed(path, positions=image.positions, normals=image.normals)
-    elif path.suffix == ".png":
-        from matplotlib.image import imsave
-
-        low, high = image.positions.min((0, 1)), image.positions.max((0, 1))
-        extent = np.where(high > low, high - low, 1)
-        imsave(path, np.clip((image.positions - low) / extent, 0, 1))
-        imsave(
-            path.with_name(f"{path.stem}_normals.png"),
-            np.clip(image.normals * 0.5 + 0.5, 0, 1),
-        )
-    else:
-        raise ValueError(f"path: expected a name ending .npz or .png, got {path.name}")
+    low, high = image.positions.min((0, 1)), image.positions.max((0, 1))
+    extent = np.where(high > low, high - low, 1)
+    positions = (image.positions - low) / extent
+    normals = np.clip(image.normals * 0.5 + 0.5, 0, 1)
+    return (positions * 255).round().astype(np.uint8), (normals * 255).round().astype(np.uint8)
 
 
 def full_mesh(image: GeometryImage, step: int = 1) -> TriangleMesh:

@@ -10,6 +10,7 @@ from lodbench.kernels.geometry_image.parameterisation import (
     MODES,
     NotOneToOne,
     NotSpherical,
+    as_pictures,
     full_mesh,
     geometry_image,
     make,
@@ -17,7 +18,6 @@ from lodbench.kernels.geometry_image.parameterisation import (
     spherical_map,
     stars,
     topology,
-    write_image,
 )
 from lodbench.kernels.geometry_image.parameterisation.device_stars import DeviceSweep
 from lodbench.kernels.geometry_image.parameterisation.hierarchy import Corners, take_apart
@@ -359,17 +359,11 @@ def test_progress_reports_shares_and_time_left(device):
     assert any(left is not None and left >= 0 for *_, left in said)
 
 
-def test_image_is_written_and_read_back(device, tmp_path):
-    image = geometry_image(box(), n=2, device=device)
-    write_image(image, tmp_path / "box.npz")
-    with np.load(tmp_path / "box.npz") as held:
-        assert_array_equal(held["positions"], image.positions)
-        assert_array_equal(held["normals"], image.normals)
-    write_image(image, tmp_path / "box.png")
-    assert (tmp_path / "box.png").stat().st_size > 0
-    assert (tmp_path / "box_normals.png").stat().st_size > 0
-    with pytest.raises(ValueError, match=r"ending \.npz or \.png"):
-        write_image(image, tmp_path / "box.obj")
+def test_pictures_span_the_box(device):
+    positions, normals = as_pictures(geometry_image(box(), n=3, device=device))
+    assert positions.shape == normals.shape == (9, 9, 3)
+    assert_array_equal(positions.min((0, 1)), 0)
+    assert_array_equal(positions.max((0, 1)), 255)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,50 @@
+"""Geometry images in files: .npz with the keys `positions` and `normals`."""
+
+from __future__ import annotations
+
+import io
+import os
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from lodbench.datasets_gen.read import FileError, replacing
+from lodbench.datasets_gen.surfaces import GeometryImage
+
+KEYS = ("positions", "normals")
+
+
+def read_geometry_image(path: str | os.PathLike[str]) -> GeometryImage:
+    """The image in an .npz file: positions and normals, (2^n + 1, 2^n + 1, 3) each.
+
+    Raises:
+        FileError: no such file, truncated, a key missing, a wrong shape, NaN.
+    """
+    path = Path(path)
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            missing = [key for key in KEYS if key not in archive]
+            if missing:
+                raise ValueError(f"expected the keys {', '.join(KEYS)}, got {sorted(archive)}")
+            return GeometryImage(archive["positions"], archive["normals"])
+    except FileNotFoundError:
+        raise FileError(f"{path}: no such file") from None
+    except (ValueError, TypeError, OSError, KeyError, EOFError, AttributeError,
+            zipfile.BadZipFile) as error:  # fmt: skip
+        raise FileError(f"{path}: {' '.join(str(error).split())}") from error
+
+
+def write_geometry_image(path: str | os.PathLike[str], image: GeometryImage) -> None:
+    """Write the image as compressed .npz; the file is there whole or not at all.
+
+    Raises:
+        FileError: another suffix, or a place that cannot be written.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".npz":
+        raise FileError(f"{path}: expected the suffix .npz, got {path.suffix!r}")
+    packed = io.BytesIO()
+    np.savez_compressed(packed, positions=image.positions, normals=image.normals)
+    with replacing(path) as stream:
+        stream.write(packed.getvalue())

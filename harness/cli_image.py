@@ -1,0 +1,82 @@
+"""The command that lays a mesh out as a geometry image: geometry-image."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lodbench.harness.cli import DeviceOption, JsonOption, QuietOption, app, say, say_json
+from lodbench.harness.cli_mesh import InArgument, input_mesh
+from lodbench.harness.progress import Progress
+
+
+@app.command("geometry-image")
+def geometry_image(
+    source: InArgument,
+    out: Annotated[
+        Path, typer.Argument(metavar="OUT", help="Where positions and normals go: NPZ.")
+    ],
+    level: Annotated[
+        int, typer.Option("--level", "-n", min=1, max=11, help="(2^n + 1)^2 samples.")
+    ] = 8,
+    mode: Annotated[
+        str, typer.Option("--mode", help="coarse_to_fine, cmcf or ray: the way to the sphere.")
+    ] = "coarse_to_fine",
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of what is random in it.")] = 0,
+    png: Annotated[
+        bool, typer.Option("--png", help="Also write both as pictures beside it.")
+    ] = False,
+    cache: Annotated[bool, typer.Option(help="Keep the sphere on disk for the next time.")] = True,
+    device: DeviceOption = None,
+    json_output: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """A closed mesh of genus 0 as a square image of positions and normals.
+
+    Example: lodbench geometry-image scan.ply scan.npz --level 9 --png
+    """
+    from lodbench.datasets_gen import images, read
+    from lodbench.kernels import Device
+    from lodbench.kernels.geometry_image.parameterisation import as_pictures, make
+    from lodbench.kernels.image import write_png
+
+    if out.suffix.lower() != ".npz":
+        raise ValueError(f"OUT: expected a name that ends in .npz, got {out}")
+    read.check_replaceable(out)
+    mesh = input_mesh(source)
+    opened = Device.open(device)
+    started = time.perf_counter()
+    with Progress(1.0, quiet or json_output) as progress:
+        reached, told = 0.0, ""
+
+        def report(what: str, share: float, _left: float | None) -> None:
+            nonlocal reached, told
+            if what != told:
+                progress.task(what)
+                told = what
+            # turning and sampling are a few seconds after the long part
+            if what == "parameterisation" and share > reached:
+                progress.advance(share - reached)
+                reached = share
+
+        made = make(mesh, level, mode, seed, device=opened, cache=cache, progress=report)
+    images.write_geometry_image(out, made.image)
+    if png:
+        for picture, ending in zip(as_pictures(made.image), ("", "_normals"), strict=True):
+            write_png(out.with_name(f"{out.stem}{ending}.png"), picture)
+    side = made.image.positions.shape[0]
+    facts = {
+        "out": out, "triangles_in": mesh.triangle_count, "side": side, "mode": mode,
+        "from_cache": made.spherical.from_cache, "flipped": made.spherical.flipped,
+        "degree": made.spherical.degree, "wall_s": time.perf_counter() - started, **made.seconds,
+    }  # fmt: skip
+    if json_output:
+        say_json(facts)
+    elif not quiet:
+        say(
+            f"{out}: {mesh.triangle_count:,} triangles as {side} x {side} samples, "
+            f"{facts['wall_s']:.1f} s{' (sphere from cache)' if facts['from_cache'] else ''}"
+        )

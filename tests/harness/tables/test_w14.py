@@ -1,0 +1,52 @@
+import pytest
+
+from lodbench.harness import tables
+from lodbench.harness.tables import w14_scale, w14_table1
+from tests.harness.tables.test_tables import group, run, subject
+
+
+@pytest.mark.parametrize("name", ["w14_table1", "w14_scale", "w14_parameterisation"])
+@pytest.mark.parametrize("quick", [True, False])
+def test_groups_name_what_there_is(name, quick):
+    found = tables.table(name).groups(quick)
+    assert found
+    for one in found:
+        one.validate()
+
+
+def test_table1_shows_stages_published_times_and_the_error_beside_the_uniform_grid():
+    stages = dict.fromkeys(w14_table1.STAGES, 0.001)
+    ours = subject("quadtree_lod", [stages] * 10, quality={"rms_error": 2.0})
+    found = group(
+        ours,
+        subject("serial_traversal", [0.012] * 10, quality={"rms_error": 2.0}),
+        subject("uniform_grid", [0.001] * 10, quality={"rms_error": 3.0}),
+        table="w14_table1", triangles_asked=34_627,
+    )  # fmt: skip
+    rows = {row["system"]: row for row in tables.document(w14_table1.TABLE, run(found))["rows"]}
+    row = rows["quadtree_lod"]
+    assert row["filter_s"] == row["emit_s"] == 0.001
+    assert row["ratio_to_serial_traversal"] == pytest.approx(2)
+    assert row["error_of_uniform_grid"] == 1.5
+    assert (row["published_wall_s"], rows["serial_traversal"]["published_wall_s"]) == (0.003, None)
+
+
+def test_published_times_are_the_papers():
+    assert w14_table1.PUBLISHED_S[69_444] == (0.006, 0.017)
+    assert [mine for mine, _ in w14_table1.PUBLISHED_S.values()] == [0.006, 0.005, 0.003, 0.002]
+    assert [other for _, other in w14_table1.PUBLISHED_S.values()] == [0.017, 0.009, 0.005, 0.002]
+
+
+def test_scale_fits_a_slope_per_subject_and_share():
+    groups = []
+    for n in (6, 7, 8):
+        triangles = 2 * 4**n
+        groups.append(
+            group(
+                subject("quadtree_lod", [1e-8 * triangles] * 10, counters={"triangles": triangles}),
+                table="w14_scale", n=n, share="all",
+            )
+        )  # fmt: skip
+    rows = tables.document(w14_scale.TABLE, run(*groups))["rows"]
+    assert [row["slope"] is None for row in rows] == [True, True, False]
+    assert rows[-1]["slope"] == pytest.approx(1)
