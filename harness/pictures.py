@@ -1,4 +1,4 @@
-"""Pictures of a run: each mesh of its tables once, and one of them at falling levels of detail, with frame rates."""
+"""Pictures of a run: each mesh once, one at falling levels of detail with frame rates, one for rising distances."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.amounts import rounded
 from lodbench.harness.baselines.drawn_mesh import DrawnMesh, Params
+from lodbench.harness.distances import distance_pictures
 from lodbench.harness.record import RunRecord, read_run, write_json
 from lodbench.harness.timing import interleave, summary, take
 from lodbench.kernels import simplify_mesh
@@ -44,7 +45,9 @@ def write_pictures(folder: Path, device: Device) -> list[dict[str, Any]]:
     images = Path(folder) / FOLDER
     images.mkdir(exist_ok=True)
     found = []
-    for picture, pixels in chain(_levels(record, device), _datasets(record, device)):
+    for picture, pixels in chain(
+        _levels(record, device), _distances(record, device), _datasets(record, device)
+    ):
         write_png(images / picture["file"], pixels)
         found.append(picture)
     write_json(images / LIST, found)
@@ -61,6 +64,18 @@ def _datasets(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any
             pixels = render(mesh, size=SIZE, up=_up(name), device=device)
             caption = f"{name}: {mesh.triangle_count:,} triangles"
             yield {"file": f"{name}.png", "caption": caption}, pixels
+
+
+def _distances(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any], Any]]:
+    """The first mesh that was drawn from its geometry image, for several distances."""
+    for group in record.groups:
+        if any(subject.system == "quadtree_lod" for subject in group.subjects.values()):
+            mesh = _mesh(group.dataset)
+            if mesh is not None:
+                up = _up(group.dataset)
+                measured, seen = (mesh_view(mesh, size=size, up=up) for size in (TABLE_SIZE, SIZE))
+                yield from distance_pictures(group.dataset, mesh, measured, seen, device)
+            return
 
 
 def _mesh(name: str) -> TriangleMesh | None:
