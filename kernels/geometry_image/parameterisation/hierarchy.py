@@ -14,7 +14,6 @@ Faces = NDArray[np.int64]
 MAX_VALENCE = 7  # of a vertex that is removed; a genus-0 mesh always has one of at most 5
 BASE = 4
 ONE_BY_ONE = 64  # below this many vertices only the cheapest one goes
-HASH_BITS = 22
 FLIP_COSINE = 0.2
 
 
@@ -106,11 +105,14 @@ class _Edges:
         self._span = span
         start = np.repeat(np.arange(len(corners.valence)), corners.valence)
         self._keys = np.sort(start * span + corners.after)
-        self._seen = np.zeros(1 << HASH_BITS, bool)
+        self._bits = len(self._keys).bit_length() + 4  # about one false alarm in twenty
+        self._seen = np.zeros(1 << self._bits, bool)
         self._seen[self._hash(self._keys)] = True
 
     def _hash(self, keys: NDArray[np.int64]) -> NDArray[np.uint64]:
-        return (keys.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(64 - HASH_BITS)
+        return (keys.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(
+            64 - self._bits
+        )
 
     def exist(self, a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.bool_]:
         keys = a * self._span + b

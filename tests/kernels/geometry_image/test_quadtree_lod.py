@@ -14,6 +14,7 @@ from lodbench.kernels.geometry_image.parameterisation import (
 from lodbench.kernels.geometry_image.quadtree_lod import (
     SYSTEM,
     Params,
+    host,
     level_for,
     reference,
     simplify,
@@ -287,6 +288,18 @@ def test_work_group_size_changes_no_bit(device):
         got = (mesh.positions.tobytes(), mesh.triangles.tobytes())
         expected = expected or got
         assert got == expected, options
+
+
+@pytest.mark.parametrize("run_length", [1, 16, 32])
+def test_length_of_runs_changes_no_bit(device, monkeypatch, run_length):
+    image = bumpy_image(6)
+    frame = Frame(view_from((0, 1, 2)))
+    params = Params(view="node", placement="fitted")
+    expected = drawn(device, SYSTEM.prepare(device, image, params), frame)
+    monkeypatch.setattr(host, "CPU_RUN", run_length)  # 1 is what a GPU gets
+    got = drawn(device, SYSTEM.prepare(device, image, params), frame)
+    assert_array_equal(got.positions, expected.positions)
+    assert_array_equal(got.triangles, expected.triangles)
 
 
 def test_no_triangles_in_no_triangles_out(device):
