@@ -292,7 +292,9 @@ def test_raster_neither_allocates_nor_keeps_anything_from_frame_to_frame(device)
     raster = drawn(device, surface, pixel_view(90, 90))
     first, used = raster.image(), device.used_bytes
     raster(
-        upload(device, np.add(positions, (40, 40, 0)), triangles), Frame(pixel_view(90, 90)), Timeline()
+        upload(device, np.add(positions, (40, 40, 0)), triangles),
+        Frame(pixel_view(90, 90)),
+        Timeline(),
     )
     moved = raster.image()
     assert (moved != first).any()
