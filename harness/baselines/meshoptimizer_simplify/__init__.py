@@ -26,8 +26,10 @@ class Params(Target):
     target_error: float = 1.0
 
 
-def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
-    """The output's index array is allocated here, as the library's callers do.
+def prepare(
+    device: Device, mesh: TriangleMesh, params: Params, function: str = "simplify"
+) -> HostPrepared:
+    """The package's `function` on a mesh; the output's index array is allocated here, as its callers do.
 
     Raises:
         Unsupported: the package is not installed.
@@ -40,7 +42,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     def call(_):
         if not len(indices):
             return 0
-        return package.simplify(
+        return getattr(package, function)(
             kept,
             indices,
             points,
