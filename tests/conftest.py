@@ -2,8 +2,14 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from lodbench.kernels.device import Device, DeviceError
+
+# the same examples in every run; `pytest --hypothesis-profile=search` looks for new ones
+settings.register_profile("repeatable", derandomize=True)
+settings.register_profile("search", derandomize=False)
+settings.load_profile("repeatable")
 
 
 @pytest.fixture(scope="session")

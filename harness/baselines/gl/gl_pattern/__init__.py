@@ -33,8 +33,8 @@ class Pattern(Refined):
         self._array = self.gl.vertex_array(self.draw_program, arrays, self.buffer(triangles))
         self._points = self.gl.vertex_array(self.feedback_program, arrays)
 
-    def draw(self) -> None:
-        self._array.render(instances=self.coarse)
+    def draw(self, coarse: int) -> None:
+        self._array.render(instances=coarse)
 
     def keep(self, buffer: Any) -> None:
         self._points.transform(

@@ -76,7 +76,7 @@ class QuadricClustering:
             self._solved = gl.texture(size, 4, dtype="f4")
             self._solving = gl.framebuffer([self._solved])
             self._upload(size)
-        with self.setup.host("first frame"):
+        with self.setup.host("first_launch"):
             self.enqueue(Frame(), Timeline())
 
     def _upload(self, size: tuple[int, int]) -> None:

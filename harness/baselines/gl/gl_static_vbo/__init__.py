@@ -45,8 +45,8 @@ class StaticVbo(Refined):
         self._array = self.gl.vertex_array(self.draw_program, arrays, self.buffer(mesh.triangles))
         self._points = self.gl.vertex_array(self.feedback_program, arrays)
 
-    def draw(self) -> None:
-        self._array.render()
+    def draw(self, coarse: int) -> None:
+        self._array.render(vertices=3 * self.params.segments**2 * coarse)
 
     def keep(self, buffer: Any) -> None:
         self._points.transform(buffer, mode=self.gl.POINTS, vertices=self._stored)

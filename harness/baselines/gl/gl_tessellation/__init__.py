@@ -51,8 +51,8 @@ class Tessellation(Refined):
         self._array = self.gl.vertex_array(self.draw_program, arrays, indices)
         self._points = self.gl.vertex_array(self.feedback_program, arrays, indices)
 
-    def draw(self) -> None:
-        self._array.render(self.gl.PATCHES)
+    def draw(self, coarse: int) -> None:
+        self._array.render(self.gl.PATCHES, vertices=3 * coarse)
 
     def keep(self, buffer: Any) -> None:
         keep_patches(self._points, self.feedback_program, buffer)
