@@ -23,7 +23,10 @@ Record = Callable[..., None]  # (kind, **row): appends a row about this subject
 
 @dataclass
 class Entrant:
-    """A subject and what became of it: `facts` go into its row, `mesh` is kept where its quality is asked for."""
+    """A subject and what became of it: `facts` go into its row, `mesh` is kept where its quality is asked for.
+
+    `view` is what a frame without drawing gets, `seen` what one with drawing gets; `once` as in `Group`.
+    """
 
     subject: Subject
     status: str = "ok"
@@ -32,6 +35,8 @@ class Entrant:
     prepared: Prepared | None = None
     raster: Raster | None = None
     view: Frame = field(default_factory=Frame)
+    seen: Frame = field(default_factory=Frame)
+    once: bool = False
     first_s: float = 0.0
     facts: dict[str, Any] = field(default_factory=dict)
     mesh: TriangleMesh | None = None
@@ -61,7 +66,8 @@ class Entrant:
             if first is None:
                 return
             self.first_s = first.wall_s
-            record("sample", **vars(replace(first, warmup=first.wall_s <= VERY_SLOW_S)))
+            warmup = not self.once and first.wall_s <= VERY_SLOW_S
+            record("sample", **vars(replace(first, warmup=warmup)))
             self._judge(keep_mesh)
             if self.subject.draw and self.subject.draw.apart and self.status == "ok":
                 self._draw_apart(surface)
@@ -86,17 +92,18 @@ class Entrant:
 
     def frame(self) -> Timeline | None:
         """Run one frame and wait; None when that failed, and the subject is out."""
-        draw = self.subject.draw
-        return self._run(None if draw is None or draw.apart else self.raster)
+        if self.subject.draw is None or self.subject.draw.apart:
+            return self._run(self.view, None)
+        return self._run(self.seen, self.raster)
 
     def whole_frame(self) -> Timeline | None:
         """Run one frame with raster and shading where samples are taken without; None when that failed."""
-        return self._run(self.raster)
+        return self._run(self.seen, self.raster)
 
-    def _run(self, raster: Raster | None) -> Timeline | None:
+    def _run(self, frame: Frame, raster: Raster | None) -> Timeline | None:
         assert self.device is not None and self.prepared is not None
         try:
-            return run(self.device, self.prepared, self.view, raster)
+            return run(self.device, self.prepared, frame, raster)
         except Exception as error:
             if not self.fail(error):
                 raise
@@ -113,8 +120,7 @@ class Entrant:
         if prepared.output is None:
             raise Unsupported("needs a surface on the device to draw, subject leaves none")
         self.raster = Raster(self.device, prepared.output, *draw.size)
-        if self.view.view is None:
-            self.view = Frame(mesh_view(surface, size=draw.size))
+        self.seen = self.view if self.view.view else Frame(mesh_view(surface, size=draw.size))
 
     def _draw_apart(self, surface: Any) -> None:
         """Make ready for whole frames; without one its time stays unknown, and the subject goes on."""

@@ -62,7 +62,8 @@ class Group:
     `facts` are the row's own words for it (segments, cells ...); `quality` measures each result mesh against the
     input; `weight` is its share of the whole run's time, for the time left; `standin_ok`: where a scan is not in the
     data folder, its generated stand-in takes its place, under its own name; `zoom`: every frame of every subject is
-    seen this much larger than the view that shows the whole.
+    seen this much larger than the view that shows the whole; `once`: each subject's first frame is its one sample,
+    for set-up that takes seconds on the host and has nothing to warm.
     """
 
     dataset: str
@@ -72,6 +73,7 @@ class Group:
     weight: float = 1.0
     standin_ok: bool = False
     zoom: float | None = None
+    once: bool = False
 
     @property
     def name(self) -> str:
@@ -85,6 +87,7 @@ class Group:
             "facts": plain(self.facts),
             "quality": self.quality,
             **({"zoom": self.zoom} if self.zoom else {}),
+            **({"once": True} if self.once else {}),
             "subjects": [
                 {
                     "label": subject.name,

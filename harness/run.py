@@ -123,12 +123,12 @@ class Session:
         entrants: dict[str, Entrant] = {}
         for subject in group.subjects:
             progress.step(f"prepare {subject.name}")
-            entrant = Entrant(subject, view=Frame(_zoomed(surface, group.zoom)))
+            entrant = Entrant(subject, view=Frame(_zoomed(surface, group.zoom)), once=group.once)
             device = partial(self._open, subject.one_core)
             entrant.enter(surface, device, entrants, record, group.quality)
             entrants[subject.name] = entrant
         running = {name: e for name, e in entrants.items() if e.prepared is not None}
-        frames = {name: entrant.frame for name, entrant in running.items()}
+        frames = {name: e.frame for name, e in running.items() if not group.once}
         firsts = {name: entrant.first_s for name, entrant in running.items()}
         gc.collect()
         progress.step("sample")

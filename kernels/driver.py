@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import warnings
@@ -18,11 +19,24 @@ class DeviceError(RuntimeError):
 
 def opencl() -> Any:
     """pyopencl, imported when a device is first wanted and never before."""
+    pin_pocl_threads()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import pyopencl
     warnings.filterwarnings("ignore", category=pyopencl.CompilerWarning)
     return pyopencl
+
+
+def pin_pocl_threads() -> None:
+    """Have PoCL keep each of its threads on a core of its own, unless the environment says otherwise.
+
+    A launch of a millisecond is over before the system has spread threads that share a core. PoCL pins thread i to core
+    i, so nothing is said where this process may use some cores only, or PoCL was told to make fewer threads.
+    """
+    if not hasattr(os, "sched_getaffinity") or "POCL_MAX_PTHREAD_COUNT" in os.environ:
+        return
+    if os.sched_getaffinity(0) == set(range(os.cpu_count() or 0)):
+        os.environ.setdefault("POCL_AFFINITY", "1")
 
 
 def list_devices() -> list[tuple[str, str, str, Any]]:

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness import tables
+from lodbench.harness.entrant import Entrant
 from lodbench.harness.folder import open_folder
 from lodbench.harness.group import Draw, Group, Subject
 from lodbench.harness.record import SAMPLES, read_rows, read_run
@@ -15,11 +17,11 @@ DRAWING = {"vertex_transform", "raster", "fragment"}
 
 @pytest.fixture
 def measure(device, tmp_path):
-    def measured(*subjects, samples=2):
+    def measured(*subjects, samples=2, once=False):
         folder = open_folder(device, {}, out=tmp_path / "run")
         session = Session(device, folder, samples=samples)
         try:
-            session.measure([("t", Group("sphere_10", subjects))], quiet=True)
+            session.measure([("t", Group("sphere_10", subjects, once=once))], quiet=True)
         finally:
             session.close()
         (group,) = read_run(folder).groups
@@ -56,6 +58,21 @@ def test_frames_drawn_apart_follow_the_samples_in_turns_of_their_own(measure):
         assert row["frame_fps"] == pytest.approx(1 / row["frame_s"])
         assert row["frames"] == 2
     assert tables.measured(group, group.subjects["undrawn"])["frame_fps"] is None
+
+
+def test_samples_have_no_view_where_frames_are_drawn_apart(device):
+    entrant = Entrant(pattern(draw=Draw(SIZE, apart=True)))
+    entrant.enter(icosphere(1), lambda: device, {}, lambda kind, **row: None, keep_mesh=False)
+    assert entrant.view.view is None
+    assert entrant.seen.view is not None
+    assert (entrant.seen.view.width, entrant.seen.view.height) == SIZE
+
+
+def test_group_that_runs_once_counts_the_first_frame_and_takes_no_other(measure):
+    group, rows = measure(vbo(), pattern(draw=Draw(SIZE, apart=True)), samples=5, once=True)
+    samples = [(row["subject"], row["warmup"]) for row in rows if row["kind"] == "sample"]
+    assert samples == [("static_vbo", False), ("pattern", False)]
+    assert len(group.subjects["pattern"].frame_s) == 5
 
 
 def test_sample_that_draws_is_a_whole_frame(measure):

@@ -1,3 +1,4 @@
+import os
 from types import SimpleNamespace
 
 import numpy as np
@@ -421,3 +422,23 @@ def test_wait_reports_a_command_that_failed(device, monkeypatch):
     monkeypatch.setattr(device, "queue", Queue())
     with pytest.raises(DeviceError, match="a command failed on"):
         device.wait()
+
+
+@pytest.mark.parametrize(
+    ("usable", "told", "expected"),
+    [
+        ({0, 1, 2}, {}, "1"),
+        ({0, 1, 2}, {"POCL_AFFINITY": "0"}, "0"),
+        ({0, 1, 2}, {"POCL_MAX_PTHREAD_COUNT": "2"}, None),
+        ({0, 2}, {}, None),  # thread 1 would sit on a core that is not ours
+    ],
+)
+def test_pocl_threads_are_pinned_where_every_core_is_ours(monkeypatch, usable, told, expected):
+    for name in ("POCL_AFFINITY", "POCL_MAX_PTHREAD_COUNT"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in told.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(driver.os, "cpu_count", lambda: 3)
+    monkeypatch.setattr(driver.os, "sched_getaffinity", lambda _: usable, raising=False)
+    driver.pin_pocl_threads()
+    assert os.environ.get("POCL_AFFINITY") == expected

@@ -33,7 +33,7 @@ class Params:
         mode: "coarse_to_fine", "cmcf" or "ray".
         seed: of what is random in it.
         turn: "best" or "identity".
-        cache: take the sphere from disk where it is there; False makes it each time.
+        cache: take the sphere from disk, where `prepare` sees to it that it is; False makes it each time.
     """
 
     n: int = 8
@@ -83,7 +83,12 @@ def _count(mesh: TriangleMesh, made: Made | None) -> Mapping[str, int | float]:
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
-    """The mesh as it is: everything happens in the call, the star optimisation on the device."""
+    """The mesh as it is: everything happens in the call, the star optimisation on the device.
+
+    Raises:
+        NotSpherical: a sphere is to be kept and there is none, as the mesh is not one closed surface of genus 0.
+    """
+    setup = Timeline()
     empty = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int))
     last: list[Made | None] = [None]
 
@@ -92,6 +97,10 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
             return None
         last[0] = make(mesh, params.n, params.mode, params.seed, params.turn, device, params.cache)
         return last[0]
+
+    if params.cache:
+        with setup.host("fill_cache"):
+            call(None)
 
     def judge(_) -> Check:
         made = last[0]
@@ -103,7 +112,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         call,
         read=lambda made: [full_mesh(made.image) if made else empty],
         judge=judge,
-        setup=Timeline(),
+        setup=setup,
         input_bytes=mesh.positions.nbytes + mesh.triangles.nbytes,
         count=lambda made: _count(mesh, made),
     )

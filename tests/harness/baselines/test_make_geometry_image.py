@@ -21,6 +21,16 @@ def test_set_up_counts_what_the_table_shows(device):
     assert counters["parameterise_s"] > 0
 
 
+def test_kept_sphere_is_made_before_the_frame_that_reads_it(device, monkeypatch, tmp_path):
+    monkeypatch.setenv("LODBENCH_CACHE", str(tmp_path))
+    prepared = SYSTEM.prepare(device, icosphere(2), Params(n=4, cache=True))
+    assert prepared.setup.stage_s["fill_cache"] > 0
+    before = sorted(tmp_path.rglob("*.npz"))
+    run(device, prepared)
+    assert before == sorted(tmp_path.rglob("*.npz")) != []
+    assert prepared.counters()["parameterise_s"] < prepared.setup.stage_s["fill_cache"]
+
+
 def test_comparison_mode_keeps_less_of_the_surface(device):
     least = {}
     for mode in ("coarse_to_fine", "cmcf"):
