@@ -29,7 +29,8 @@ from lodbench.harness.timing import log_slope
 
 PANELS = 6
 # sizes lie on the axis, so they are no facts that tell two curves apart
-NOT_A_PANEL = {"triangles_in", "vertices_in", "coarse_triangles", "dataset"}
+SIZES = ("triangles_in", "vertices_in", "coarse_triangles")
+NOT_A_PANEL = {*SIZES, "dataset"}
 
 
 def _panels(
@@ -169,7 +170,8 @@ def time_against_triangles(material: Material) -> Chart | None:
         return None
     keys = [key for key in varying(rows, material.facts) if key not in NOT_A_PANEL]
     if x != "triangles_in":
-        keys = []  # the facts are what makes the size
+        # the facts are what makes the size, and a dataset that is one size of many is no panel
+        keys = [key for key in varying(rows, (*SIZES, "dataset")) if key == "dataset"]
     label = spoken(x)
     canvas, more = _draw(
         material, rows, keys, (x, label, ""), ("wall_s", "wall time", "s"), fitted=True

@@ -68,6 +68,15 @@ def test_time_curves_carry_the_fitted_power(run_folder):
     assert "manifold3d" not in " ".join(texts(chart.canvas))  # skipped everywhere
 
 
+def test_datasets_of_several_sizes_each_are_panels_of_the_time_chart(run_folder):
+    m = material(run_folder, "clustering")
+    assert len(curves.time_against_triangles(m).canvas.axes) == 1  # each dataset is one size
+    sizes = sorted({row["triangles_in"] for row in m.document["rows"]})
+    for row in m.document["rows"]:
+        row["dataset"] = "torus" if sizes.index(row.pop("triangles_in")) % 2 else "sphere"
+    assert len(curves.time_against_triangles(m).canvas.axes) == 2
+
+
 def test_labels_of_curves_that_end_together_do_not_overlap(run_folder):
     m = material(run_folder, "clustering")
     for row in m.document["rows"]:
