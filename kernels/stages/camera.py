@@ -160,9 +160,10 @@ def fit_points(
         for p, s in ((u, slope_x), (v, slope_y))
     ]
     distance = max(max((a + b) / (2 * s) for a, b, s in ends), float(toward.max()) + 1e-3 * radius)
-    middle = (
-        centre + right * (ends[0][0] - ends[0][1]) / 2 + upright * (ends[1][0] - ends[1][1]) / 2
-    )
+    depth = distance - toward
+    middle = centre
+    for axis, places, (a, b, _) in ((right, u, ends[0]), (upright, v, ends[1])):
+        middle = middle + axis * _in_the_middle(places, depth, (a - b) / 2)
     nearest, farthest = distance - float(toward.max()), distance - float(toward.min())
     return look_at(
         middle + back * distance,
@@ -173,6 +174,25 @@ def fit_points(
         near=max(nearest * 0.5, distance * 1e-4),
         far=max(farthest * 1.5, distance * 1e-3),
     )
+
+
+def _in_the_middle(places: NDArray[np.float64], depth: NDArray[np.float64], start: float) -> float:
+    """Where along an axis the eye sees as much of the points on one side as on the other; from `start`, which fits.
+
+    Args:
+        places: (n,) along the axis.
+        depth: (n,) before the eye, positive.
+        start: an eye that has all points in its image; none with more of them on its larger side is returned.
+    """
+    eye, best, least = start, start, np.inf
+    for _ in range(8):
+        seen = (places - eye) / depth
+        i, j = int(seen.argmax()), int(seen.argmin())
+        if max(seen[i], -seen[j]) >= least:
+            break
+        best, least = eye, max(seen[i], -seen[j])
+        eye = float((places[i] * depth[j] + places[j] * depth[i]) / (depth[i] + depth[j]))
+    return best
 
 
 def fit_box(
