@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Iterable, Mapping
@@ -164,7 +165,7 @@ class Device:
         """
         shape = (shape,) if isinstance(shape, int | np.integer) else tuple(int(n) for n in shape)
         dtype = np.dtype(dtype)
-        size = max(int(np.prod(shape, dtype=np.int64)) * dtype.itemsize, 1)
+        size = max(math.prod(shape) * dtype.itemsize, 1)
         free = self.memory_limit - self._used
         if size > free or size > self._largest:
             limit = "free" if size > free else "the largest allocation"

@@ -15,8 +15,8 @@ GPU_CHUNK_ROWS = 64
 def chunk_count(device: Device, capacity: int) -> int:
     """Into how many chunks `capacity` rows are cut on this device; integer sums come out the same for any number."""
     if device.is_cpu:
-        return int(np.clip(capacity // CHUNK_ROWS, 1, 4 * device.facts.compute_units))
-    return int(np.clip(capacity // GPU_CHUNK_ROWS, 1, 4096))
+        return min(max(capacity // CHUNK_ROWS, 1), 4 * device.facts.compute_units)
+    return min(max(capacity // GPU_CHUNK_ROWS, 1), 4096)
 
 
 def chunk_local(device: Device) -> int | None:

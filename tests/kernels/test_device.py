@@ -305,6 +305,18 @@ def test_launch_checks_its_arguments_by_name(device, program, change, error, tex
         program.launch("shifted", 3, stage="vertex", **given)
 
 
+def test_launches_that_live_together_keep_their_own_arguments(device, program):
+    launches = []
+    for number in range(3):  # the first is gone before the second is made, and lends it its kernel
+        given = arguments(device) | {"offset": (number, 0, 0, 0)}
+        launches.append((program.launch("shifted", 3, stage="x", **given), given["sums"]))
+        launches = launches[-1:] if number == 1 else launches
+    launches[0][0](Timeline())
+    program.launch("shifted", 3, stage="x", **arguments(device))(Timeline())  # gone before it runs
+    launches[1][0](Timeline())
+    assert [device.read(sums).tolist() for _, sums in launches] == [[1, 3, 5], [2, 4, 6]]
+
+
 def test_launch_refuses_an_unknown_kernel(device, program):
     with pytest.raises(ValueError, match="kernel: expected one of shifted, got other"):
         program.launch("other", 1, stage="vertex")
