@@ -48,6 +48,6 @@ GL_COVERAGE = 1e-3
 """Share of pixels that one covers and the other does not: corners are snapped to the same 1/256 pixel, yet the products
 that place them round differently, and centres on an edge may go to either side where the image is upside down."""
 
-GL_DEPTH = 1e-5
-"""Window depth against a driver's, 0..1: 24 bits there, and corners that snap to neighbouring sub-pixels tilt a plane
-that falls by some 1e-3 per pixel."""
+GL_DEPTH, GL_SHIFT = 2.0**-22, 2 / 256
+"""Window depth against a driver's, 0..1: 24 bits there; and so many pixels' fall of the depth, as corners may snap to
+neighbouring sub-pixels, across and down."""
