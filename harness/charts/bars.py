@@ -144,15 +144,16 @@ def frames_per_second(material: Material) -> Chart | None:
 
 def stages_per_second(material: Material) -> Chart | None:
     """Frames per second without drawing, where whole frames were drawn as well."""
-    return _rates(material, *STAGES) if len(material.rows("frame_fps")) > 1 else None
+    drawn = {row["system"] for row in material.rows("frame_fps")}
+    return _rates(material, *STAGES) if len(drawn) > 1 else None
 
 
 STAGES = ("stage_fps", "up to and including the geometry stage")
 
 
 def _rates(material: Material, key: str, what: str) -> Chart | None:
-    if len(material.rows(key)) < 2:
-        return None
+    if len({row["system"] for row in material.rows(key)}) < 2:
+        return None  # bars compare systems
     return _bars(material, key, f"frames per second ({what})", "From median wall time.")
 
 
