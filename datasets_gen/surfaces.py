@@ -277,5 +277,15 @@ class GeometryImage:
                 f"normals: expected shape {self.positions.shape}, got {self.normals.shape}"
             )
 
+    @property
+    def vertex_count(self) -> int:
+        """Distinct points of the full surface: border samples are one with their twins."""
+        return (len(self.positions) - 1) ** 2 + 2
+
+    @property
+    def triangle_count(self) -> int:
+        """Of the full surface, two per cell."""
+        return 2 * (len(self.positions) - 1) ** 2
+
 
 Surface: TypeAlias = TriangleMesh | BezierPatches | NurbsModel | GeometryImage

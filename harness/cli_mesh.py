@@ -11,22 +11,37 @@ import typer
 from lodbench.harness.cli import DeviceOption, JsonOption, QuietOption, app, say, say_json, say_rows
 
 InArgument = Annotated[
-    Path, typer.Argument(metavar="IN", help="A mesh: PLY, OBJ, STL, OFF ... or a dataset's name.")
+    Path,
+    typer.Argument(
+        metavar="IN",
+        help="A mesh: PLY, OBJ, STL, OFF ...; a geometry image: NPZ; or a dataset's name.",
+    ),
 ]
 OutArgument = Annotated[Path, typer.Argument(metavar="OUT", help="Where the result goes.")]
 
 
-def input_mesh(path: Path) -> Any:
-    """The mesh in a file; or, where there is no such file, the dataset of that name."""
-    from lodbench.datasets_gen import catalogue, read
-    from lodbench.datasets_gen.surfaces import TriangleMesh
+def input_surface(path: Path) -> Any:
+    """The mesh or geometry image in a file; or, where there is no such file, the dataset of that name."""
+    from lodbench.datasets_gen import catalogue, images, read
+    from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 
+    if path.suffix.lower() == ".npz":
+        return images.read_geometry_image(path)
     if path.exists() or path.suffix or len(path.parts) > 1:
         return read.read_mesh(path)
     surface = catalogue.load(str(path)).surface
-    if not isinstance(surface, TriangleMesh):
+    if not isinstance(surface, TriangleMesh | GeometryImage):
         raise ValueError(f"IN: expected triangles, got {type(surface).__name__} of {path}")
     return surface
+
+
+def input_mesh(path: Path) -> Any:
+    """`input_surface` as triangles: a geometry image gives all of its own."""
+    from lodbench.datasets_gen.surfaces import GeometryImage
+    from lodbench.kernels.geometry_image.parameterisation import full_mesh
+
+    surface = input_surface(path)
+    return full_mesh(surface) if isinstance(surface, GeometryImage) else surface
 
 
 def _cells(text: str | None) -> Any:
@@ -79,8 +94,14 @@ def simplify(
         str | None, typer.Option("--cells", "-c", help="Grid cells: N, or NX,NY,NZ.")
     ] = None,
     method: Annotated[
-        str, typer.Option("--method", "-m", help="A system of family cluster.")
-    ] = "quadric_clustering",
+        str | None,
+        typer.Option(
+            "--method",
+            "-m",
+            help="quadric_clustering; or quadtree_lod, for closed surfaces of genus 0: the default "
+            "for geometry images.",
+        ),
+    ] = None,
     device: DeviceOption = None,
     json_output: JsonOption = False,
     quiet: QuietOption = False,
@@ -90,18 +111,20 @@ def simplify(
     Example: lodbench simplify scan.ply small.ply --target-reduction 0.9
     """
     from lodbench.datasets_gen import read
+    from lodbench.datasets_gen.surfaces import GeometryImage
     from lodbench.kernels import Device, simplify_mesh
 
     grid = _cells(cells)
     read.check_writable(out)
-    mesh = input_mesh(source)
+    surface = input_surface(source)
     opened = Device.open(device)
     started = time.perf_counter()
+    is_image = isinstance(surface, GeometryImage)
     result = simplify_mesh(
-        opened, mesh, target_reduction=target_reduction, target_count=target_count, cells=grid,
-        method=method,
+        opened, surface, target_reduction=target_reduction, target_count=target_count, cells=grid,
+        method=method or ("quadtree_lod" if is_image else "quadric_clustering"),
     )  # fmt: skip
-    _finish(result, mesh, out, started, json_output, quiet)
+    _finish(result, surface, out, started, json_output, quiet)
 
 
 @app.command()

@@ -153,13 +153,9 @@ def simplify_mesh(
     """
     chosen = _method("simplify", method)
     surface = mesh if isinstance(mesh, GeometryImage) else as_mesh(mesh)
-    if isinstance(surface, GeometryImage):
-        if method != "quadtree_lod":
-            raise TypeError(f"method: expected quadtree_lod for a geometry image, got {method!r}")
-        count = 2 * (surface.positions.shape[0] - 1) ** 2
-    else:
-        count = surface.triangle_count
-    wanted = target_triangles(count, target_reduction, target_count)
+    if isinstance(surface, GeometryImage) and method != "quadtree_lod":
+        raise TypeError(f"method: expected quadtree_lod for a geometry image, got {method!r}")
+    wanted = target_triangles(surface.triangle_count, target_reduction, target_count)
     if (wanted is None) == (cells is None):
         got = "none" if cells is None else "more"
         raise ValueError(f"expected one of target_reduction, target_count and cells, got {got}")

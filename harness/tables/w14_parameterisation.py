@@ -19,7 +19,9 @@ from lodbench.harness.tables import (
 
 SMALL = ("knight_1k", "goathead_od", "spot", "wingnut_od", "elephant_mesh")
 LARGE = ("bunny_closed_70k", "armadillo_86k", "koala_100k")
-OTHERS = ("cheburashka", "fish_od", "penguin_od", "armadillo_29k", "boat_od", "bumpy_cube")
+OTHERS = (
+    "fandisk", "cheburashka", "fish_od", "penguin_od", "armadillo_29k", "boat_od", "bumpy_cube",
+)  # fmt: skip
 ALWAYS = "blob_with_ears_20k"  # generated, so that the table has rows without any scan
 WEIGHTS = {name: 60.0 for name in LARGE} | {name: 30.0 for name in OTHERS}
 STEPS = ("parameterise", "rotation", "resample")

@@ -34,6 +34,21 @@ def test_geometry_image_is_written_with_its_pictures(mesh, tmp_path, capsys):
     assert Image.open(tmp_path / "sphere_normals.png").size == (17, 17)
 
 
+def test_geometry_image_is_simplified_and_drawn_from_its_file(mesh, tmp_path, capsys):
+    image = tmp_path / "sphere.npz"
+    assert main(["geometry-image", str(mesh), str(image), "-n", "4", "--quiet"]) == 0
+    out = tmp_path / "small.ply"
+    assert main(["simplify", str(image), str(out), "-n", "100", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["triangles_in"], facts["vertices_in"]) == (512, 258)
+    assert 8 <= facts["triangles_out"] <= 100
+    assert main(["render", str(image), str(tmp_path / "a.png"), "--size", "64x64", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["triangles_in"] == 512
+    words = ["simplify", str(image), str(out), "-n", "100", "-m", "quadric_clustering"]
+    assert main(words) == 2
+    assert "expected quadtree_lod for a geometry image" in capsys.readouterr().err
+
+
 def test_geometry_image_says_what_it_does_and_uses_its_cache(mesh, tmp_path, capsys):
     words = ["geometry-image", str(mesh), str(tmp_path / "a.npz"), "-n", "3"]
     assert main(words) == 0

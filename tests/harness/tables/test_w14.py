@@ -1,7 +1,10 @@
 import pytest
 
+from lodbench.datasets_gen import catalogue
+from lodbench.datasets_gen.read import read_mesh
 from lodbench.harness import tables
-from lodbench.harness.tables import w14_scale, w14_table1
+from lodbench.harness.tables import w14_parameterisation, w14_scale, w14_table1
+from lodbench.kernels.geometry_image.parameterisation import topology
 from tests.harness.tables.test_tables import group, run, subject
 
 
@@ -50,3 +53,14 @@ def test_scale_fits_a_slope_per_subject_and_share():
     rows = tables.document(w14_scale.TABLE, run(*groups))["rows"]
     assert [row["slope"] is None for row in rows] == [True, True, False]
     assert rows[-1]["slope"] == pytest.approx(1)
+
+
+def test_parameterisation_has_every_closed_scan_of_genus_0(data_folder):
+    names = {group.dataset for group in w14_parameterisation.TABLE.groups(False)}
+    closed = set()
+    for path in (data_folder / "meshes").glob("*.ply"):
+        mesh = read_mesh(path)
+        if mesh.triangle_count <= 200_000 and not topology(mesh.triangles).faults:
+            closed.add(path.stem)
+    assert closed == names & {path.stem for path in (data_folder / "meshes").glob("*.ply")}
+    assert closed <= set(catalogue.names())
