@@ -92,16 +92,26 @@ def lattice_sharing(triangles: Indices, segments: int) -> tuple[NDArray[np.int64
     return welded, total + count * len(inside)
 
 
-def check_room(triangle_count: int, segments: int) -> None:
-    """Refuse a result that this machine could not hold, before any work is done on it.
+def vertex_total(triangle_count: int, segments: int) -> int:
+    """Vertices of all instances.
 
     Raises:
-        ValueError: more vertices than 32-bit indices can name.
-        Unsupported: more bytes than the machine has left, points, normals and triangles twice over.
+        ValueError: more than 32-bit indices can name.
     """
     vertices = triangle_count * lattice_vertex_count(segments)
     if vertices > 2**32:
         raise ValueError(f"segments: expected at most 2**32 vertices in all, got {vertices:,}")
+    return vertices
+
+
+def check_room(triangle_count: int, segments: int) -> None:
+    """Refuse a result that this machine could not hold, before any work is done on it.
+
+    Raises:
+        ValueError: see `vertex_total`.
+        Unsupported: more bytes than the machine has left, points, normals and triangles twice over.
+    """
+    vertices = vertex_total(triangle_count, segments)
     needed = 2 * (24 * vertices + 12 * triangle_count * segments * segments)
     available = psutil.virtual_memory().available
     if needed > available:
@@ -118,9 +128,9 @@ def refined_mesh(
     What else `mesh` has (uvs, colours, tags) is interpolated along.
 
     Raises:
-        ValueError, Unsupported: see `check_room`.
+        ValueError: see `vertex_total`.
     """
-    check_room(mesh.triangle_count, segments)
+    vertex_total(mesh.triangle_count, segments)
     vertices = lattice_vertex_count(segments)
     first = np.arange(mesh.triangle_count, dtype=np.uint32)[:, None, None] * np.uint32(vertices)
     triangles = (lattice_triangles(segments)[None] + first).reshape(-1, 3)
