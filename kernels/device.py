@@ -163,7 +163,9 @@ class Device:
         Raises:
             Unsupported: the device, or its limit, has no room for it.
         """
-        shape = (shape,) if isinstance(shape, int | np.integer) else tuple(int(n) for n in shape)
+        shape = (
+            (int(shape),) if isinstance(shape, int | np.integer) else tuple(int(n) for n in shape)
+        )
         dtype = np.dtype(dtype)
         size = max(math.prod(shape) * dtype.itemsize, 1)
         free = self.memory_limit - self._used

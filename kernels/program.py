@@ -38,7 +38,9 @@ class Buffer:
         Raises:
             ValueError: more bytes than the buffer has.
         """
-        shape = (shape,) if isinstance(shape, int | np.integer) else tuple(int(n) for n in shape)
+        shape = (
+            (int(shape),) if isinstance(shape, int | np.integer) else tuple(int(n) for n in shape)
+        )
         viewed = Buffer(self.name, shape, np.dtype(dtype), self.memory, self._release, self)
         if viewed.size_bytes > self.size_bytes:
             raise ValueError(
