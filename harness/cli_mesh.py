@@ -38,10 +38,13 @@ def input_surface(path: Path) -> Any:
 def input_mesh(path: Path) -> Any:
     """`input_surface` as triangles: a geometry image gives all of its own."""
     from lodbench.datasets_gen.surfaces import GeometryImage
-    from lodbench.kernels.geometry_image.parameterisation import full_mesh
 
     surface = input_surface(path)
-    return full_mesh(surface) if isinstance(surface, GeometryImage) else surface
+    if not isinstance(surface, GeometryImage):
+        return surface
+    from lodbench.kernels.geometry_image.parameterisation import full_mesh  # half a second
+
+    return full_mesh(surface)
 
 
 def _cells(text: str | None) -> Any:

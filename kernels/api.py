@@ -82,23 +82,22 @@ def open_device(device: Device | str | None) -> Device:
 
 
 @cache
-def _methods(verb: str) -> dict[str, Callable[..., Result]]:
-    """The systems whose package has a function `verb`, by folder name."""
-    root = Path(__file__).parent
-    found = {}
-    for path in sorted(root.glob("*/*/__init__.py")):
-        family, name = path.parent.parent.name, path.parent.name
-        function = getattr(importlib.import_module(f"lodbench.kernels.{family}.{name}"), verb, None)
-        if callable(function):
-            found[name] = function
-    return found
-
-
 def _method(verb: str, name: str) -> Callable[..., Result]:
-    methods = _methods(verb)
-    if name not in methods:
-        raise ValueError(f"method: expected one of {', '.join(methods)}, got {name!r}")
-    return methods[name]
+    """The function `verb` of the system in the folder `name`; others are imported only to say which there are."""
+    folders = {
+        path.parent.name: path.parent for path in Path(__file__).parent.glob("*/*/__init__.py")
+    }
+
+    def function(folder: Path) -> Callable[..., Result] | None:
+        package = f"lodbench.kernels.{folder.parent.name}.{folder.name}"
+        candidate = getattr(importlib.import_module(package), verb, None)
+        return candidate if callable(candidate) else None
+
+    found = function(folders[name]) if name in folders else None
+    if found is None:
+        able = ", ".join(other for other in sorted(folders) if function(folders[other]))
+        raise ValueError(f"method: expected one of {able}, got {name!r}")
+    return found
 
 
 def target_triangles(

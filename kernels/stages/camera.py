@@ -182,7 +182,7 @@ def _in_the_middle(places: NDArray[np.float64], depth: NDArray[np.float64], star
     Args:
         places: (n,) along the axis.
         depth: (n,) before the eye, positive.
-        start: an eye that has all points in its image; none with more of them on its larger side is returned.
+        start: an eye that has all points in its image; where the search does not improve on it, it is returned.
     """
     eye, best, least = start, start, np.inf
     for _ in range(8):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -53,7 +54,7 @@ class Params:
             raise ValueError(f"output: expected image or points, got {self.output!r}")
 
 
-class Refined:
+class Refined(ABC):
     """A refined surface in an OpenGL driver, ready to be drawn; subclasses say by which shaders.
 
     A frame ends when the driver has finished it, so its wall time is the driver's. There is no output on the device.
@@ -80,23 +81,24 @@ class Refined:
             if params.output == "points":
                 self._kept = self.gl.buffer(reserve=self.feedback_bytes())
             with self.setup.host("first_launch"):
-                self._draw_first()
+                # have the driver compile: a software tessellator may take minutes for more than one triangle
+                self._issue(self._view, 1)
 
+    @abstractmethod
     def programs(self) -> tuple[Any, Any]:
         """(for images, for transform feedback)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def upload(self) -> None:
         """Make the vertex arrays; count what they hold in `bytes`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def draw(self, coarse: int) -> None:
         """Issue the draw call of an image, with the first `coarse` triangles refined."""
-        raise NotImplementedError
 
+    @abstractmethod
     def keep(self, buffer: Any) -> None:
         """Issue the call that leaves points and normals in `buffer`."""
-        raise NotImplementedError
 
     def feedback_bytes(self) -> int:
         """Of what `keep` writes: points and normals of every instance of the pattern."""
@@ -122,30 +124,23 @@ class Refined:
             )
         with timeline.host(STAGE):
             context()
-            if self.params.output == "points":
-                self._keep_points()
-            else:
-                self._draw_image(view, self.coarse)
-            self.gl.finish()
+            self._issue(view, self.coarse)
 
-    def _draw_first(self) -> None:
-        """Have the driver compile: one coarse triangle is enough, since a software tessellator may take minutes."""
+    def _issue(self, view: View, coarse: int) -> None:
+        """Draw the image with the first `coarse` triangles, or keep all points; and wait until it is done."""
         if self.params.output == "points":
-            self._keep_points()
+            if coarse:
+                self._keep_in(self._kept)
         else:
-            self._draw_image(self._view, 1)
+            assign(self.draw_program, view_uniforms(view, self.look))
+            self.canvas.begin()
+            if coarse:
+                self.draw(coarse)
         self.gl.finish()
 
-    def _keep_points(self) -> None:
+    def _keep_in(self, buffer: Any) -> None:
         self.canvas.target.use()  # no window: without a target even discarded drawing is an error
-        if self.coarse:
-            self.keep(self._kept)
-
-    def _draw_image(self, view: View, coarse: int) -> None:
-        assign(self.draw_program, view_uniforms(view, self.look))
-        self.canvas.begin()
-        if coarse:
-            self.draw(coarse)
+        self.keep(buffer)
 
     def image(self) -> NDArray[np.uint8]:
         """The last frame, (height, width, 3) uint8, row 0 on top."""
@@ -157,8 +152,7 @@ class Refined:
             return b""
         gl = context()
         buffer = self._kept or gl.buffer(reserve=self.feedback_bytes())
-        self.canvas.target.use()
-        self.keep(buffer)
+        self._keep_in(buffer)
         gl.finish()
         return buffer.read()
 

@@ -122,9 +122,8 @@ class QuadricClustering:
         self._mapping.render(gl.TRIANGLES)
         gl.disable(gl.BLEND)
         self._solving.use()
-        for unit, texture in enumerate((*self._targets, self._solved)):
-            if unit < 4:
-                texture.use(unit)
+        for unit, texture in enumerate(self._targets):
+            texture.use(unit)
         self._screen.render(gl.TRIANGLES, vertices=3)
         self._map.use()  # not the target that pass 3 reads
         self._solved.use(4)
