@@ -166,7 +166,7 @@ class Raster:
         """Build, bind and run once on no triangles, so that every kernel is compiled before the first frame."""
         device, look = self.device, self.look
         arguments = self._arguments(surface)
-        modes = {"SHARED": self._shared, "COUNT": self._count}
+        modes = (("SHARED", self._shared), ("COUNT", self._count))
         colour = 1 if look.by_triangle else 0
         if look.values is not None:
             colour = 3 if look.values_of == "vertices" else 2
@@ -177,20 +177,17 @@ class Raster:
             "WIRE": int(look.wireframe),
             "INSTANCED": int(surface.instances > 1),
         }
-        raster = device.build("stages/raster.cl", defines={k: 1 for k, on in modes.items() if on})
+        # one program with the vertex stage: most of a build's time goes to the driver's own headers
+        files = "stages/vertex.cl", "stages/raster.cl"
+        raster = device.build(*files, defines={name: 1 for name, on in modes if on})
         arguments["live"] = device.upload("live", np.zeros(2, np.uint32))
 
         def launch(program: Program, kernel: str, items: int, stage: str, local: Any) -> Launch:
             wanted = {p.name: arguments[p.name] for p in program.kernels[kernel]}
             return program.launch(kernel, items, stage=stage, local=local, **wanted)
 
-        self._vertex = launch(
-            device.build("stages/vertex.cl"),
-            "stages_vertex_transform",
-            max(-(-surface.vertex_count // 8), 1),
-            VERTEX,
-            None,
-        )
+        items = max(-(-surface.vertex_count // 8), 1)
+        self._vertex = launch(raster, "stages_vertex_transform", items, VERTEX, None)
         self._triangles = launch(
             raster, "stages_raster_triangles", arguments["item_count"], RASTER, self._local
         )

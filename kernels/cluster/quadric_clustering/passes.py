@@ -11,7 +11,7 @@ from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering.params import Params
 from lodbench.kernels.cluster.quadric_clustering.upload import FOLDER, Upload
 from lodbench.kernels.device import Unsupported
-from lodbench.kernels.program import Buffer, Launch
+from lodbench.kernels.program import Buffer, Launch, Program
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.stages.timeline import Timeline
 
@@ -57,10 +57,10 @@ class Passes:
         self.first = "pass_1_and_3" if self.fused else "pass_1"
         self.third = "pass_1_and_3" if self.fused else "pass_3"
         with upload.setup.host("build"):
-            names = ["vertex", "fragment", "geometry_emit"]
-            names.append("geometry" if self.private else "geometry_fixed_point")
+            names = ["geometry_fixed_point"] * (not self.private)
             names += ["geometry_duplicates"] * params.remove_duplicates
-            self._programs = {name: device.build(f"{FOLDER}/{name}.cl") for name in names}
+            extra = [device.build(f"{FOLDER}/{name}.cl") for name in names]
+            self._programs = [upload.program, *extra]
         self.steps: list[Callable[[Timeline], Any]] = []
         with upload.setup.host("size"):
             self._prepare_cells()
@@ -71,11 +71,13 @@ class Passes:
     def launch(self, kernel: str, rows: int, stage: str, **arguments: Any) -> Launch:
         """A launch of one item per chunk of `rows`."""
         chunks = chunk_count(self._device, rows)
-        program = next(p for p in self._programs.values() if _PREFIX + kernel in p.kernels)
-        return program.launch(
+        return self._program(kernel).launch(
             _PREFIX + kernel, chunks, stage=stage, local=chunk_local(self._device),
             chunk_count=chunks, **arguments,
         )  # fmt: skip
+
+    def _program(self, kernel: str) -> Program:
+        return next(p for p in self._programs if _PREFIX + kernel in p.kernels)
 
     def _prepare_cells(self) -> None:
         """Which cells are occupied, and their ranks; run once here, since their number sizes the maps."""
@@ -132,7 +134,7 @@ class Passes:
                 arguments |= {"pieces": self._pieces, "piece_counts": self._piece_counts}
             name = "geometry_fused" if self.fused else "geometry_accumulate"
             self.steps.append(
-                self._programs["geometry"].launch(
+                self._program(name).launch(
                     _PREFIX + name, chunks, stage=self.first, local=1, **arguments
                 )
             )
@@ -141,7 +143,7 @@ class Passes:
             self._scale = self._fixed_point_scale()
             self.steps += [
                 lambda timeline: device.fill(timeline, stage, sums, 0),
-                self._programs["geometry_fixed_point"].launch(
+                self._program("geometry_fixed_point").launch(
                     _PREFIX + "geometry_fixed_point", self._triangles, stage=self.first,
                     sums=sums, scale=(*self._scale, 0), **arguments,
                 ),
@@ -156,8 +158,7 @@ class Passes:
         self.steps[-1](Timeline())
         chunks = chunk_count(device, triangles)
         exponents = device.allocate("exponents", (chunks, 256), np.uint32)
-        program = device.build(f"{FOLDER}/setup.cl")
-        program.launch(
+        self._upload.program.launch(
             "quadric_clustering_setup_exponents", chunks, stage="size", local=chunk_local(device),
             points=self.points, triangles=self._upload.triangles, exponents=exponents,
             triangle_count=self._triangles, chunk_count=chunks,

@@ -12,7 +12,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.grid import MAX_CELLS, Grid
 from lodbench.kernels.cluster.quadric_clustering.host import QuadricClustering
 from lodbench.kernels.cluster.quadric_clustering.params import Params
-from lodbench.kernels.cluster.quadric_clustering.upload import FOLDER, Upload
+from lodbench.kernels.cluster.quadric_clustering.upload import Upload
 from lodbench.kernels.device import Device
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.stages.timeline import Timeline
@@ -92,7 +92,7 @@ class _Search:
         self._target = target
         self._full = 0
         mesh = upload.mesh
-        program = device.build(f"{FOLDER}/setup.cl")
+        program = upload.program
         local = chunk_local(device)
         ids = device.allocate("cell_ids", mesh.vertex_count, np.uint32)
         chunks = chunk_count(device, mesh.vertex_count)

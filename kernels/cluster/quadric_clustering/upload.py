@@ -10,6 +10,8 @@ from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.stages.timeline import Timeline
 
 FOLDER = "cluster/quadric_clustering"
+# built as one program: a build reads the driver's headers and the prelude anew, which is most of its time
+_STAGES = ("setup", "vertex", "fragment", "geometry", "geometry_emit")
 
 
 class Upload:
@@ -17,6 +19,7 @@ class Upload:
 
     Attributes:
         mesh: the mesh as it came.
+        program: the kernels of every frame on a CPU, and those of set-up and search.
         positions: float32, (n, 3).
         triangles: uint32, (m, 3).
         low, high: the box of all positions, (3,) float64; zeros when there are none.
@@ -31,13 +34,13 @@ class Upload:
             self.positions = device.upload("positions", mesh.positions, np.float32, (None, 3))
             self.triangles = device.upload("triangles", mesh.triangles, np.uint32, (None, 3))
         with self.setup.host("build"):
-            program = device.build(f"{FOLDER}/setup.cl")
+            self.program = device.build(*(f"{FOLDER}/{name}.cl" for name in _STAGES))
         with self.setup.host("box"):
             self.low = self.high = np.zeros(3)
             if mesh.vertex_count:
                 chunks = chunk_count(device, mesh.vertex_count)
                 boxes = device.allocate("boxes", (chunks, 2, 3, 8), np.float32)
-                box = program.launch(
+                box = self.program.launch(
                     "quadric_clustering_setup_box", chunks, stage="box", local=chunk_local(device),
                     positions=self.positions, boxes=boxes,
                     vertex_count=mesh.vertex_count, chunk_count=chunks,
