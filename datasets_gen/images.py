@@ -1,4 +1,4 @@
-"""Geometry images in files: .npz with the keys `positions` and `normals`."""
+"""Geometry images in files: .npz with the keys `positions` and `normals`, and `origin` where it is not zero."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ def read_geometry_image(path: str | os.PathLike[str]) -> GeometryImage:
             missing = [key for key in KEYS if key not in archive]
             if missing:
                 raise ValueError(f"expected the keys {', '.join(KEYS)}, got {sorted(archive)}")
-            return GeometryImage(archive["positions"], archive["normals"])
+            origin = archive["origin"] if "origin" in archive else None
+            return GeometryImage(archive["positions"], archive["normals"], origin)
     except FileNotFoundError:
         raise FileError(f"{path}: no such file") from None
     except (ValueError, TypeError, OSError, KeyError, EOFError, AttributeError,
@@ -45,6 +46,7 @@ def write_geometry_image(path: str | os.PathLike[str], image: GeometryImage) -> 
     if path.suffix.lower() != ".npz":
         raise FileError(f"{path}: expected the suffix .npz, got {path.suffix!r}")
     packed = io.BytesIO()
-    np.savez_compressed(packed, positions=image.positions, normals=image.normals)
+    origin = {} if image.origin is None else {"origin": image.origin}
+    np.savez_compressed(packed, positions=image.positions, normals=image.normals, **origin)
     with replacing(path) as stream:
         stream.write(packed.getvalue())

@@ -60,6 +60,7 @@ def spatially_sorted(mesh: TriangleMesh) -> TriangleMesh:
         mesh.positions[order],
         number[triangles],
         *(None if values is None else values[order] for values in attributes),
+        origin=mesh.origin,
     )
 
 
@@ -70,4 +71,4 @@ def welded(mesh: TriangleMesh) -> TriangleMesh:
     """
     points = mesh.positions + np.float32(0)  # -0 becomes 0
     lowest, point = unique_rows(points.view(np.int32), keep_order=True)
-    return TriangleMesh(mesh.positions[lowest], point[mesh.triangles])
+    return TriangleMesh(mesh.positions[lowest], point[mesh.triangles], origin=mesh.origin)

@@ -13,9 +13,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-import trimesh
-from numpy.typing import ArrayLike, NDArray
-from trimesh.exchange.ply import export_ply
+from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 
@@ -205,17 +203,29 @@ def parse_ply(data: bytes) -> TriangleMesh:
 
 
 def ply_file(mesh: TriangleMesh) -> bytes:
-    """A binary little-endian PLY file of `mesh`; colours are rounded to 8 bits."""
+    """A binary little-endian PLY file of `mesh`, with points in double where it has an origin; colours have 8 bits."""
+    columns = dict(zip("xyz", mesh.points.T, strict=True))
     colours = mesh.colours
     if colours is not None:
         colours = np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
-    columns: dict[str, ArrayLike] = {}
     for names, values in (
         (_NORMALS, mesh.normals), (_UVS[0], mesh.uvs), (_TAGS, mesh.tags), (_COLOURS, colours),
     ):  # fmt: skip
         if values is not None:
             columns |= dict(zip(names, values.T, strict=True))
-    shape = trimesh.Trimesh(
-        mesh.positions, mesh.triangles, vertex_attributes=columns, process=False
+    vertices = np.empty(
+        mesh.vertex_count, [(name, v.dtype.newbyteorder("<")) for name, v in columns.items()]
     )
-    return export_ply(shape)
+    for name, values in columns.items():
+        vertices[name] = values
+    faces = np.empty(mesh.triangle_count, [("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"], faces["corners"] = 3, mesh.triangles
+    words = {"f": "float", "d": "double", "B": "uchar"}
+    properties = [f"property {words[v.dtype.char]} {name}" for name, v in columns.items()]
+    header = [
+        "ply", "format binary_little_endian 1.0",
+        f"element vertex {mesh.vertex_count}", *properties,
+        f"element face {mesh.triangle_count}", "property list uchar int vertex_indices",
+        "end_header",
+    ]  # fmt: skip
+    return "\n".join([*header, ""]).encode() + vertices.tobytes() + faces.tobytes()

@@ -17,13 +17,11 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
-from trimesh.exchange.gltf import export_glb, export_gltf
-from trimesh.exchange.stl import export_stl
 from trimesh.resolvers import FilePathResolver
 
+from lodbench.datasets_gen.formats import WRITERS
 from lodbench.datasets_gen.order import welded
-from lodbench.datasets_gen.ply import parse_ply, ply_file
+from lodbench.datasets_gen.ply import parse_ply
 from lodbench.datasets_gen.surfaces import TriangleMesh
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".gltf", ".glb")
@@ -38,8 +36,8 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
 
     Points keep their order and stay unless the format has none to share: STL corners with equal coordinates
     become one point. The meshes of a glTF scene are moved to their places and joined; polygons are split
-    into triangles. Of PLY the vertices' normals, uvs, colours and tags come along, of OBJ, glTF and GLB their
-    colours.
+    into triangles. Doubles and text that lie far from zero get an origin, see TriangleMesh. Of PLY the vertices'
+    normals, uvs, colours and tags come along, of OBJ, glTF and GLB their colours.
 
     Raises:
         FileError: no such file, a folder, an unknown suffix, a truncated or broken file, no mesh in it,
@@ -74,6 +72,7 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
 
     PLY carries everything; glTF and GLB points, triangles, normals and colours; OBJ points, triangles and
     colours; OFF points and triangles; STL triangles alone. Colours are rounded to 8 bits except in OBJ.
+    A mesh with an origin keeps it: as doubles, in all their digits, or as the place of a glTF node; STL is text then.
     glTF, GLB and STL cannot hold points without triangles: these are left out.
 
     Raises:
@@ -82,7 +81,7 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
     path = Path(path)
     check_writable(path)
     with _quiet():
-        data = _WRITERS[path.suffix.lower()](mesh)
+        data = WRITERS[path.suffix.lower()](mesh)
     with replacing(path) as stream:
         stream.write(data)
 
@@ -90,7 +89,7 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
 def check_writable(path: str | os.PathLike[str]) -> None:
     """Raise FileError where `write_mesh(path, ...)` could not work: call it before long work."""
     path = Path(path)
-    _checked_suffix(path, _WRITERS)
+    _checked_suffix(path, WRITERS)
     check_replaceable(path)
 
 
@@ -231,43 +230,6 @@ def _read_glb(data: bytes, path: Path) -> TriangleMesh:
     return _joined(data, path)
 
 
-def _scene(mesh: TriangleMesh) -> trimesh.Scene:
-    colours = mesh.colours
-    if colours is not None:
-        colours = np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
-    shape = trimesh.Trimesh(
-        mesh.positions,
-        mesh.triangles,
-        vertex_normals=mesh.normals,
-        vertex_colors=colours,
-        process=False,
-    )
-    return trimesh.Scene(shape)
-
-
-def _lines(form: str, rows: NDArray) -> str:
-    """One line per row; nine digits keep every float32, the fixed decimals of trimesh do not."""
-    return (form + "\n") * len(rows) % tuple(rows.ravel().tolist())
-
-
-def _obj_file(mesh: TriangleMesh) -> bytes:
-    points = mesh.positions
-    if mesh.colours is not None:
-        points = np.concatenate([points, mesh.colours], axis=1)
-    text = "# triangle mesh\n" + _lines("v" + " %.9g" * points.shape[1], points)
-    return (text + _lines("f %d %d %d", mesh.triangles + 1)).encode()
-
-
-def _off_file(mesh: TriangleMesh) -> bytes:
-    text = f"OFF\n{mesh.vertex_count} {mesh.triangle_count} 0\n"
-    text += _lines("%.9g %.9g %.9g", mesh.positions)
-    return (text + _lines("3 %d %d %d", mesh.triangles)).encode()
-
-
-def _stl_file(mesh: TriangleMesh) -> bytes:
-    return export_stl(trimesh.Trimesh(mesh.positions, mesh.triangles, process=False))
-
-
 _READERS: dict[str, Callable[[bytes, Path], TriangleMesh]] = {
     ".ply": lambda data, path: parse_ply(data),
     ".obj": _read_obj,
@@ -275,12 +237,4 @@ _READERS: dict[str, Callable[[bytes, Path], TriangleMesh]] = {
     ".off": _read_off,
     ".gltf": _joined,
     ".glb": _read_glb,
-}
-_WRITERS: dict[str, Callable[[TriangleMesh], bytes]] = {
-    ".ply": ply_file,
-    ".obj": _obj_file,
-    ".stl": _stl_file,
-    ".off": _off_file,
-    ".gltf": lambda mesh: export_gltf(_scene(mesh), embed_buffers=True)["model.gltf"],
-    ".glb": lambda mesh: export_glb(_scene(mesh)),
 }

@@ -2,42 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lodbench.datasets_gen.arrays import Origin, checked_origin, finite, recentred, rows
+
 Floats = NDArray[np.float32]
 Indices = NDArray[np.uint32]
-
-
-def _rows(argument: str, values: object, dtype: type, columns: int, rows: int | None = None):
-    """`values` as a read-only C-contiguous (rows, columns) array of `dtype`, or an error by name."""
-    array = np.asarray(values)
-    expected = f"({'n' if rows is None else rows}, {columns}) {np.dtype(dtype).name}"
-    if array.size == 0 and array.ndim != 2:
-        array = array.reshape(0, columns)
-    if array.ndim != 2 or array.shape[1] != columns or (rows is not None and len(array) != rows):
-        raise ValueError(f"{argument}: expected {expected}, got shape {array.shape}")
-    wanted = "fiu" if np.dtype(dtype).kind == "f" else "iu"
-    if array.size and array.dtype.kind not in wanted:
-        raise TypeError(f"{argument}: expected {expected}, got dtype {array.dtype}")
-    array = (
-        array.view()
-        if array.dtype == dtype and array.flags.c_contiguous
-        else np.array(array, dtype, order="C")
-    )
-    array.flags.writeable = False
-    return array
-
-
-def _finite(argument: str, given: object, array: NDArray[np.floating]) -> None:
-    if np.isfinite(array).all():
-        return
-    row = int(np.argmin(np.isfinite(array).all(axis=tuple(range(1, array.ndim)))))
-    value = np.asarray(given)[row].tolist()
-    raise ValueError(f"{argument}: expected finite float32 values, got {value} in row {row}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,14 +19,17 @@ class TriangleMesh:
     """An indexed triangle mesh.
 
     ```
-    positions  (n, 3) float32   x y z | x y z | ...        model units
+    positions  (n, 3) float32   x y z | x y z | ...        model units, from the origin
     triangles  (m, 3) uint32    a b c | a b c | ...        rows of positions, counter-clockwise from outside
     normals    (n, 3) float32   unit length, or None
     uvs        (n, 2) float32   texture coordinates, or None
     colours    (n, 3) float32   0..1, or None
     tags       (n, 3) float32   sharpness, bias, tension per vertex, or None
+    origin     (3,) float64     where the positions count from in the world, or None for zero
     ```
     Any real or integer dtype is taken and converted; the arrays are read-only views where no conversion was needed.
+    Positions not yet float32 that lie far from zero for their extent, such as map coordinates, get an origin in their
+    middle (see `arrays.recentred`), unless one is given; `points` are those that came.
 
     Raises:
         TypeError: a dtype that is not a number's.
@@ -65,6 +42,7 @@ class TriangleMesh:
     uvs: Floats | None = None
     colours: Floats | None = None
     tags: Floats | None = None
+    origin: Origin | None = None
 
     if TYPE_CHECKING:  # what is taken is wider than what is kept
 
@@ -76,13 +54,18 @@ class TriangleMesh:
             uvs: ArrayLike | None = None,
             colours: ArrayLike | None = None,
             tags: ArrayLike | None = None,
+            origin: ArrayLike | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        given = self.positions
+        given, origin = self.positions, checked_origin(self.origin)
+        local = given
+        if self.origin is None:
+            local, origin = recentred(given)
+        object.__setattr__(self, "origin", origin)
         with np.errstate(over="ignore", invalid="ignore"):
-            positions = _rows("points", given, np.float32, 3)
-        _finite("points", given, positions)
+            positions = rows("points", local, np.float32, 3)
+        finite("points", given, positions)
         object.__setattr__(self, "positions", positions)
         faces = np.asarray(self.triangles)
         if faces.size and faces.dtype.kind in "iu":
@@ -94,12 +77,12 @@ class TriangleMesh:
                     if len(positions)
                     else f"faces: expected no triangles with no points, got index {worst}"
                 )
-        object.__setattr__(self, "triangles", _rows("faces", faces, np.uint32, 3))
+        object.__setattr__(self, "triangles", rows("faces", faces, np.uint32, 3))
         for name, columns in (("normals", 3), ("uvs", 2), ("colours", 3), ("tags", 3)):
             values = getattr(self, name)
             if values is not None:
-                array = _rows(name, values, np.float32, columns, len(positions))
-                _finite(name, values, array)
+                array = rows(name, values, np.float32, columns, len(positions))
+                finite(name, values, array)
                 object.__setattr__(self, name, array)
 
     @property
@@ -111,8 +94,19 @@ class TriangleMesh:
         return len(self.triangles)
 
     @property
+    def points(self) -> NDArray[np.floating]:
+        """The positions in the world, (n, 3): float64 with an origin, else `positions` themselves."""
+        return self.positions if self.origin is None else self.positions + self.origin
+
+    def with_origin(self, origin: ArrayLike | None) -> TriangleMesh:
+        """The same positions counted from another origin; itself where both are None."""
+        if origin is None and self.origin is None:
+            return self
+        return replace(self, origin=origin)
+
+    @property
     def box(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Lower and upper corner of all positions, (3,) float64 each; zeros when there are none."""
+        """Lower and upper corner of all positions, from the origin, (3,) float64 each; zeros when there are none."""
         if not len(self.positions):
             return np.zeros(3), np.zeros(3)
         return self.positions.min(0).astype(np.float64), self.positions.max(0).astype(np.float64)
@@ -142,14 +136,7 @@ class TriangleMesh:
         )
         length = np.linalg.norm(total, axis=1, keepdims=True)
         unit = np.where(length > 0, total / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))
-        return TriangleMesh(
-            self.positions,
-            self.triangles,
-            unit.astype(np.float32),
-            self.uvs,
-            self.colours,
-            self.tags,
-        )
+        return replace(self, normals=unit.astype(np.float32))
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +159,7 @@ class BezierPatches:
         if array.ndim != 4 or array.shape[1:] != (4, 4, 3):
             raise ValueError(f"points: expected (n, 4, 4, 3) float32, got shape {array.shape}")
         result = np.array(array, np.float32, order="C")
-        _finite("points", array, result)
+        finite("points", array, result)
         result.flags.writeable = False
         object.__setattr__(self, "points", result)
 
@@ -248,14 +235,22 @@ class GeometryImage:
     ```
     positions  (2^n + 1, 2^n + 1, 3) float32   row, column, x y z
     normals    (2^n + 1, 2^n + 1, 3) float32   unit length
+    origin     (3,) float64                    where the positions count from in the world, or None; see TriangleMesh
     ```
     Source: Wang et al., section 2 (geometry image of an octahedrally unfolded sphere).
     """
 
     positions: Floats
     normals: Floats
+    origin: Origin | None = None
 
     def __post_init__(self) -> None:
+        if self.origin is None:
+            positions, origin = recentred(self.positions)
+            object.__setattr__(self, "positions", positions)
+        else:
+            origin = checked_origin(self.origin)
+        object.__setattr__(self, "origin", origin)
         for name in ("positions", "normals"):
             given = np.asarray(getattr(self, name))
             side = given.shape[0] if given.ndim == 3 else 0
@@ -269,7 +264,7 @@ class GeometryImage:
                     f"{name}: expected (2^n + 1, 2^n + 1, 3) float32, got shape {given.shape}"
                 )
             array = np.array(given, np.float32, order="C")
-            _finite(name, given, array)
+            finite(name, given, array)
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         if self.positions.shape != self.normals.shape:

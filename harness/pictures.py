@@ -83,7 +83,9 @@ def _mesh(name: str) -> TriangleMesh | None:
     if dataset.kind != "triangles" or (dataset.triangles or 0) > MOST_TRIANGLES:
         return None
     mesh = dataset.surface
-    return mesh if isinstance(mesh, TriangleMesh) and mesh.triangle_count else None
+    if not isinstance(mesh, TriangleMesh) or not mesh.triangle_count:
+        return None
+    return mesh.with_origin(None)  # as it was measured
 
 
 def _up(name: str) -> str:

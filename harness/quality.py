@@ -27,19 +27,29 @@ def _igl() -> Any:
     return igl
 
 
-def _frame(mesh: TriangleMesh) -> tuple[NDArray[np.float64], float]:
-    """The mesh's lower box corner and diagonal: what both meshes are moved and scaled by.
+Placed = tuple[NDArray[np.float64], NDArray[np.float64], float]
+
+
+def _frame(mesh: TriangleMesh) -> Placed:
+    """The mesh's origin, lower box corner from there, and diagonal: what both meshes are moved and scaled by.
 
     The square of 1e20 is within float64, but its product in the distance code is not always: all is unit size.
     """
-    return mesh.box[0], mesh.diagonal or 1.0
+    return _origin(mesh), mesh.box[0], mesh.diagonal or 1.0
+
+
+def _origin(mesh: TriangleMesh) -> NDArray[np.float64]:
+    return np.zeros(3) if mesh.origin is None else mesh.origin
 
 
 class _Located:
     """A mesh in its reference's unit box, with the tree that answers nearest-triangle queries."""
 
-    def __init__(self, mesh: TriangleMesh, frame: tuple[NDArray[np.float64], float]) -> None:
-        low, scale = frame
+    def __init__(self, mesh: TriangleMesh, frame: Placed) -> None:
+        origin, low, scale = frame
+        low = low + (
+            origin - _origin(mesh)
+        )  # the difference first: it is small where the sum is not
         self.positions = (mesh.positions.astype(np.float64) - low) / scale
         self.triangles = mesh.triangles.astype(np.int64)
         corners = [self.positions[self.triangles[:, k]] for k in range(3)]

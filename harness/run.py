@@ -179,7 +179,9 @@ class Session:
         if self._last != dataset.name:
             self._last = dataset.name
             self._qualities.clear()
-        return dataset.surface
+        surface = dataset.surface
+        # systems work on positions alone: a run is about the origin of its input
+        return surface.with_origin(None) if isinstance(surface, TriangleMesh) else surface
 
     def _open(self, one_core: bool) -> Device:
         if not one_core:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.device import Device
+from lodbench.kernels.inputs import as_mesh, taken
 from lodbench.kernels.stages.timeline import Timeline
 
-Points = NDArray[np.float32]
+Points = NDArray[np.floating]  # float32 where such came in, else float64
 Faces = NDArray[np.uint32]
 
 
@@ -26,7 +27,8 @@ class Result:
     """What simplifying or refining a mesh gave.
 
     Attributes:
-        mesh: the mesh, float32 positions and uint32 triangles, with normals where the method makes them.
+        mesh: the mesh, float32 positions from the origin of the input, and uint32 triangles, with normals where the
+            method makes them.
         vertex_map: (n,) uint32, the output vertex of each input vertex, 0xFFFFFFFF where there is none; None where
             vertices do not map one to one.
         levels: all levels of a chain, coarsest last; (mesh,) where there is one.
@@ -40,34 +42,6 @@ class Result:
     counters: dict[str, int | float] = field(default_factory=dict)
     setup: Timeline = field(default_factory=Timeline)
     frame: Timeline = field(default_factory=Timeline)
-
-
-def as_mesh(points: Any, faces: Any = None) -> TriangleMesh:
-    """A TriangleMesh from what people have.
-
-    Args:
-        points: (n, 3) floats, with `faces`; or a mesh alone: TriangleMesh, (points, faces), anything with `vertices`
-            and `faces` such as trimesh.Trimesh, or with `points` and `regular_faces` such as pyvista.PolyData.
-        faces: (m, 3) integers.
-
-    Raises:
-        TypeError: none of these.
-        ValueError: wrong shapes, NaN or infinity, an index out of range.
-    """
-    if faces is not None:
-        return TriangleMesh(points, faces)
-    if isinstance(points, TriangleMesh):
-        return points
-    for first, second in (("vertices", "faces"), ("points", "regular_faces")):
-        if hasattr(points, first) and hasattr(points, second):
-            return TriangleMesh(
-                np.asarray(getattr(points, first)), np.asarray(getattr(points, second))
-            )
-    if isinstance(points, tuple | list) and len(points) == 2:
-        return TriangleMesh(*points)
-    raise TypeError(
-        f"points: expected a mesh, or points (n, 3) with faces (m, 3), got {type(points).__name__}"
-    )
 
 
 @cache
@@ -121,6 +95,14 @@ def target_triangles(
     return target_count
 
 
+def _placed(result: Result, surface: TriangleMesh | GeometryImage) -> Result:
+    """The result about its input's origin; methods work on positions alone."""
+    if surface.origin is None:
+        return result
+    levels = tuple(level.with_origin(surface.origin) for level in result.levels)
+    return replace(result, mesh=result.mesh.with_origin(surface.origin), levels=levels)
+
+
 def simplify_mesh(
     device: Device | str | None,
     mesh: Any,
@@ -158,7 +140,8 @@ def simplify_mesh(
     if (wanted is None) == (cells is None):
         got = "none" if cells is None else "more"
         raise ValueError(f"expected one of target_reduction, target_count and cells, got {got}")
-    return chosen(open_device(device), surface, target_count=wanted, cells=cells, **options)
+    result = chosen(open_device(device), surface, target_count=wanted, cells=cells, **options)
+    return _placed(result, surface)
 
 
 def simplify(
@@ -179,18 +162,22 @@ def simplify(
     `GeometryImage` may stand in for points and faces.
 
     Returns:
-        points (n, 3) float32 and faces (m, 3) uint32.
+        points (n, 3), float32 where such came in and else float64, and faces (m, 3) uint32.
     """
+    if isinstance(points, GeometryImage):
+        surface, dtype = points, np.float32 if points.origin is None else np.float64
+    else:
+        surface, dtype = taken(points, faces)
     result = simplify_mesh(
         device,
-        points if faces is None else as_mesh(points, faces),
+        surface,
         target_reduction=target_reduction,
         target_count=target_count,
         cells=cells,
         method=method,
         **options,
     )
-    return result.mesh.positions, result.mesh.triangles
+    return result.mesh.points.astype(dtype, copy=False), result.mesh.triangles
 
 
 def refine_mesh(
@@ -217,7 +204,9 @@ def refine_mesh(
         Unsupported: the device cannot hold the result.
     """
     chosen = _method("refine", method)
-    return chosen(open_device(device), as_mesh(mesh), segments=segments, weld=weld, **options)
+    coarse = as_mesh(mesh)
+    result = chosen(open_device(device), coarse, segments=segments, weld=weld, **options)
+    return _placed(result, coarse)
 
 
 def refine(
@@ -235,9 +224,8 @@ def refine(
     The arguments and errors are those of `refine_mesh`.
 
     Returns:
-        points (n, 3) float32 and faces (m, 3) uint32.
+        points (n, 3), float32 where such came in and else float64, and faces (m, 3) uint32.
     """
-    result = refine_mesh(
-        device, as_mesh(points, faces), segments=segments, method=method, weld=weld, **options
-    )
-    return result.mesh.positions, result.mesh.triangles
+    mesh, dtype = taken(points, faces)
+    result = refine_mesh(device, mesh, segments=segments, method=method, weld=weld, **options)
+    return result.mesh.points.astype(dtype, copy=False), result.mesh.triangles

@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.api import as_mesh, open_device
 from lodbench.kernels.device import Device
-from lodbench.kernels.stages.camera import TABLE_SIZE, fit_points
+from lodbench.kernels.stages.camera import TABLE_SIZE, fit_points, moved
 from lodbench.kernels.stages.look import Look
 from lodbench.kernels.stages.raster import Raster
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import DeviceSurface, Frame, View
 
-COLOURS = ("smooth", "flat", "wireframe", "triangle")
+COLOURS = ("smooth", "flat", "wireframe", "triangle", "vertex")
 CAMERA = (30.0, 20.0)  # degrees: a little from the right, a little from above
 UP = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -62,7 +62,8 @@ def mesh_view(
     level = right * np.sin(around) + front * np.cos(around)
     direction = level * np.cos(above) + np.array(UP[up]) * np.sin(above)
     points = mesh.positions if mesh.vertex_count else np.zeros((1, 3))
-    return fit_points(points, direction, size, up=UP[up])
+    view = fit_points(points, direction, size, up=UP[up])
+    return view if mesh.origin is None else moved(view, mesh.origin)
 
 
 def colour_table(name_or_colours: str | ArrayLike) -> NDArray[np.float32]:
@@ -101,10 +102,15 @@ def _look(
             raise ValueError(
                 f"colour: expected one of {', '.join(COLOURS)}, or values, got {colour!r}"
             )
+        values = mesh.colours if colour == "vertex" else None
+        if colour == "vertex" and values is None:
+            raise ValueError("colour: expected a mesh with vertex colours for 'vertex', got none")
         return Look(
-            smooth=colour == "smooth",
+            smooth=colour in ("smooth", "vertex"),
             wireframe=wireframe or colour == "wireframe",
             by_triangle=colour == "triangle",
+            # screen colours become light, as in `colour_table`
+            values=None if values is None else np.clip(values, 0, 1) ** 2,
             cull=cull,
         )
     values = np.asarray(colour, np.float64)
@@ -148,10 +154,10 @@ def render(
     Args:
         points: (n, 3) floats, or a mesh alone: see `as_mesh`.
         faces: (m, 3) integers.
-        camera: a `View` (its size is the picture's), or azimuth and elevation in degrees; None: (30, 20).
+        camera: a `View` of the world (its size is the picture's), or azimuth and elevation in degrees; None: (30, 20).
         size: width and height, pixels, 1 to 16384 each.
-        colour: "smooth", "flat", "wireframe" (flat, with edges), "triangle" (a colour for each), or values, (n,) per
-            point or (m,) per face, shown through the colour map.
+        colour: "smooth", "flat", "wireframe" (flat, with edges), "triangle" (a colour for each), "vertex" (the mesh's
+            own colours), or values, (n,) per point or (m,) per face, shown through the colour map.
         wireframe: draw the edges over whatever colour.
         cull: leave out faces that turn away.
         samples: per pixel and axis: 2 draws at twice the size and takes the mean of four pixels.
@@ -165,7 +171,10 @@ def render(
         Unsupported: the device cannot hold the mesh or the image.
     """
     mesh = as_mesh(points, faces)
-    view = camera if isinstance(camera, View) else mesh_view(mesh, camera or CAMERA, size, up)
+    if not isinstance(camera, View):  # seen from near by, where no digits are lost
+        view = mesh_view(mesh.with_origin(None), camera or CAMERA, size, up)
+    else:
+        view = camera if mesh.origin is None else moved(camera, -mesh.origin)
     look = _look(mesh, colour, wireframe, cull, colour_map, colour_range)
     if samples < 1:
         raise ValueError(f"samples: expected at least 1 per axis, got {samples}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -214,6 +215,14 @@ def fit_box(
         raise ValueError(f"low, high: expected two corners of a box, got {low} and {high}")
     corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
     return fit_points(corners, direction, size, fov_y, margin, up)
+
+
+def moved(view: View, by: ArrayLike) -> View:
+    """The same picture of a world that is moved by (3,) model units, and the eye with it."""
+    by = np.asarray(by, np.float64)
+    back = np.eye(4)
+    back[:3, 3] = -by
+    return replace(view, eye=view.eye + by, world_to_clip=view.world_to_clip @ back)
 
 
 def to_screen(view: View) -> NDArray[np.float32]:

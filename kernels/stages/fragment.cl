@@ -9,11 +9,11 @@
 //           screen      int  [4 * vertex_count]   x, y in sub-pixels | depth | 1 / w, negative where not to be used
 //           positions   float[3 * vertex_count]   facets, and triangles that were clipped
 //           normals     float[3 * vertex_count]   SMOOTH
-//           values      float[value_count]        COLOUR 2 per triangle, 3 per vertex; 0..1 over the map
+//           values      float[value_count]        COLOUR 2 per triangle, 3 per vertex; 0..1 over the map; 4 colours
 //           colour_map  float[4 * 256]            linear red, green, blue
 // Writes    image       uint [height * 64 * tiles per row]   red, green, blue, 255; row 0 on top
 // Needs     common/shading.cl
-// Defines   SMOOTH 0 facets, 1 interpolated normals; COLOUR 0 one colour, 1 triangle id, 2 and 3 values; WIRE, INSTANCED 0 or 1
+// Defines   SMOOTH 0 facets, 1 interpolated normals; COLOUR 0 one colour, 1 triangle id, 2 and 3 values, 4 vertices' own; WIRE, INSTANCED 0 or 1
 
 __kernel void stages_fragment_shade(
     __global const long *restrict keys,
@@ -134,6 +134,14 @@ __kernel void stages_fragment_shade(
                 const planes8 kept = {u, v, w};
                 weights[group] = kept;
             }
+            if (COLOUR == 4) {
+                const planes8 ca = gather(values, ra, two, second, vertex_count);
+                const planes8 cb = gather(values, rb, two, second, vertex_count);
+                const planes8 cc = gather(values, rc, two, second, vertex_count);
+                weights[group].x = u * ca.x + v * cb.x + w * cc.x;
+                weights[group].y = u * ca.y + v * cb.y + w * cc.y;
+                weights[group].z = u * ca.z + v * cb.z + w * cc.z;
+            }
             planes8 normal;
             if (SMOOTH) {
                 const planes8 na = gather(normals, ra, two, second, vertex_count);
@@ -157,6 +165,7 @@ __kernel void stages_fragment_shade(
             }
             planes8 colour = spread(surface_colour.xyz);
             if (COLOUR == 1) colour = scattered_colour(id);
+            if (COLOUR == 4) colour = weights[group];
             if (COLOUR == 2 || COLOUR == 3) {
                 float value[3][8];
                 for (int lane = 0; lane < 8; ++lane) {

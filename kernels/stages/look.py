@@ -22,7 +22,8 @@ class Look:
         wireframe: draw the edges over the surface.
         line_width: of the edges, pixels.
         by_triangle: a scattered colour per triangle id.
-        values: float32, one per vertex or one per triangle (or per instance), 0..1 over the colour map; or None.
+        values: float32, one per vertex or one per triangle (or per instance), 0..1 over the colour map; or per vertex
+            (n, 3), linear red, green, blue; or None.
         values_of: "vertices" or "triangles": what `values` counts.
         colour_map: (256, 3) float32, linear red, green, blue 0..1.
         cull: leave out triangles that face away.

@@ -98,7 +98,7 @@ class Raster:
         ramp = np.linspace(0, 1, 256, dtype=np.float32)[:, None].repeat(4, 1)
         if look.colour_map is not None:
             ramp[:, :3] = np.asarray(look.colour_map, np.float32)[:, :3]
-        values = np.zeros(1, np.float32) if look.values is None else look.values
+        values = np.zeros(1, np.float32) if look.values is None else np.ravel(look.values)
         self._buffers = {
             "screen": device.allocate("screen", (rows, 4), np.int32),
             "flags": device.allocate("flags", FLAGS_OPEN + self._maps * self._tiles, np.uint32),
@@ -169,7 +169,7 @@ class Raster:
         modes = (("SHARED", self._shared), ("COUNT", self._count))
         colour = 1 if look.by_triangle else 0
         if look.values is not None:
-            colour = 3 if look.values_of == "vertices" else 2
+            colour = 2 + (look.values_of == "vertices") + (look.values.ndim == 2)
         smooth = look.smooth and surface.normals is not None
         shading = {
             "SMOOTH": int(smooth),

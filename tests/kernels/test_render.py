@@ -68,6 +68,21 @@ def test_render_colours_by_values_of_points_or_faces(device):
     assert covered(same).any()
 
 
+def test_render_shows_the_colours_of_vertices(device):
+    corners, colours = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.eye(3)
+    mesh = TriangleMesh(corners, [[0, 1, 2]], colours=colours)
+    image = render(mesh, size=(90, 90), camera=(0, 0), colour="vertex", device=device)
+    view = mesh_view(mesh, (0, 0), (90, 90))
+    inside = np.full((3, 3), 0.06) + 0.82 * np.eye(3)
+    for weights in (*inside, np.full(3, 1 / 3)):
+        clip = view.world_to_clip @ (*(weights @ corners), 1)
+        x, y = ((clip[:2] / clip[3]) * (1, -1) + 1) * 45
+        light = image[int(y), int(x)].astype(float) ** 2
+        shares = light / light.sum()
+        # a white highlight and the sky add a little to each channel
+        assert np.abs(shares - weights).max() < 0.05
+
+
 def test_render_looks_from_where_it_is_told(device):
     marks = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
     for axis, camera, up, where in (
@@ -133,7 +148,11 @@ def test_render_far_from_the_origin_is_the_same_picture(device):
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ({"colour": "blue"}, "colour: expected one of smooth, flat, wireframe, triangle"),
+        ({"colour": "blue"}, "colour: expected one of smooth, flat, wireframe, triangle, vertex"),
+        (
+            {"colour": "vertex"},
+            "colour: expected a mesh with vertex colours for 'vertex', got none",
+        ),
         ({"colour": [1.0, 2.0]}, r"colour: expected \(4,\) values of points or \(4,\) of faces"),
         ({"colour": [1.0, np.nan, 0, 0]}, "colour: expected finite values"),
         ({"size": (0, 10)}, "size: expected 1 to 16384 pixels"),

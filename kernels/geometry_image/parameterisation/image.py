@@ -59,7 +59,7 @@ def resample(
         sampled.append(total)
     length = np.linalg.norm(sampled[1], axis=-1, keepdims=True)
     unit = np.where(length > 0, sampled[1] / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))
-    return GeometryImage(sampled[0].astype(np.float32), unit.astype(np.float32))
+    return GeometryImage(sampled[0].astype(np.float32), unit.astype(np.float32), mesh.origin)
 
 
 def _best_turn(
@@ -186,5 +186,8 @@ def full_mesh(image: GeometryImage, step: int = 1) -> TriangleMesh:
     used, faces = np.unique(faces, return_inverse=True)
     faces = faces.reshape(-1, 3)
     return TriangleMesh(
-        image.positions.reshape(-1, 3)[used], faces, image.normals.reshape(-1, 3)[used]
+        image.positions.reshape(-1, 3)[used],
+        faces,
+        image.normals.reshape(-1, 3)[used],
+        origin=image.origin,
     )

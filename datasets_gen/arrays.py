@@ -1,0 +1,87 @@
+"""Arrays as surfaces keep them: checked by name, float32, about an origin where they lie far from zero."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Origin = NDArray[np.float64]
+
+FAR = 16.0
+"""Extents of the box between zero and an axis' farthest coordinate above which the axis gets an origin: float32 has 24
+bits of the coordinate, so that up to there 20 of the extent are left."""
+
+
+def checked_origin(origin: Any) -> Origin | None:
+    """`origin` as read-only (3,) float64; None where it is None or zero.
+
+    Raises:
+        ValueError: another shape, NaN or infinity.
+    """
+    if origin is None:
+        return None
+    found = np.array(origin, np.float64)
+    if found.shape != (3,) or not np.isfinite(found).all():
+        raise ValueError(f"origin: expected 3 finite numbers, got {np.asarray(origin).tolist()}")
+    found.flags.writeable = False
+    return found if found.any() else None
+
+
+def recentred(points: Any) -> tuple[Any, Origin | None]:
+    """Points, (..., 3), about an origin in their middle on each axis that is `FAR`; or as they came, and None.
+
+    What is float32 already has no more to lose and stays. The origin is a multiple of a power of two of the extent's
+    size, so that numbers which float32 can hold, far or about the origin, come back to the bit.
+    """
+    given = np.asarray(points)
+    if (
+        given.dtype.kind not in "fiu"
+        or np.can_cast(given.dtype, np.float32)
+        or given.ndim < 2
+        or given.shape[-1] != 3
+        or not given.size
+    ):
+        return points, None
+    every = given.reshape(-1, 3)
+    low, high = every.min(0).astype(np.float64), every.max(0).astype(np.float64)
+    with np.errstate(all="ignore"):  # NaN and overflow are not far
+        extent = float((high - low).max())
+        largest = np.maximum(np.abs(low), np.abs(high))
+        far = (largest > FAR * extent) & (largest < np.inf)
+        if not far.any():
+            return points, None
+        middle = low / 2 + high / 2
+        step = 2.0 ** np.floor(np.log2(extent)) if extent > 0 else 0.0
+        rounded = np.round(middle / step) * step
+    origin = np.where(far, np.where(np.isfinite(rounded), rounded, middle), 0.0)
+    return given.astype(np.float64) - origin, checked_origin(origin)
+
+
+def rows(argument: str, values: object, dtype: type, columns: int, count: int | None = None):
+    """`values` as a read-only C-contiguous (rows, columns) array of `dtype`, or an error by name."""
+    array = np.asarray(values)
+    expected = f"({'n' if count is None else count}, {columns}) {np.dtype(dtype).name}"
+    if array.size == 0 and array.ndim != 2:
+        array = array.reshape(0, columns)
+    if array.ndim != 2 or array.shape[1] != columns or (count is not None and len(array) != count):
+        raise ValueError(f"{argument}: expected {expected}, got shape {array.shape}")
+    wanted = "fiu" if np.dtype(dtype).kind == "f" else "iu"
+    if array.size and array.dtype.kind not in wanted:
+        raise TypeError(f"{argument}: expected {expected}, got dtype {array.dtype}")
+    array = (
+        array.view()
+        if array.dtype == dtype and array.flags.c_contiguous
+        else np.array(array, dtype, order="C")
+    )
+    array.flags.writeable = False
+    return array
+
+
+def finite(argument: str, given: object, array: NDArray[np.floating]) -> None:
+    if np.isfinite(array).all():
+        return
+    row = int(np.argmin(np.isfinite(array).all(axis=tuple(range(1, array.ndim)))))
+    value = np.asarray(given)[row].tolist()
+    raise ValueError(f"{argument}: expected finite float32 values, got {value} in row {row}")

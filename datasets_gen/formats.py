@@ -1,0 +1,91 @@
+"""Meshes as the bytes of a file, in each of the formats that are written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from trimesh.exchange.gltf import export_glb, export_gltf
+from trimesh.exchange.stl import export_stl
+
+from lodbench.datasets_gen.ply import ply_file
+from lodbench.datasets_gen.surfaces import TriangleMesh
+
+
+def _scene(mesh: TriangleMesh) -> trimesh.Scene:
+    colours = mesh.colours
+    if colours is not None:
+        colours = np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
+    shape = trimesh.Trimesh(
+        mesh.positions,
+        mesh.triangles,
+        vertex_normals=mesh.normals,
+        vertex_colors=colours,
+        process=False,
+    )
+    scene = trimesh.Scene()
+    place = np.eye(4)  # in text, with all digits of a float64
+    if mesh.origin is not None:
+        place[:3, 3] = mesh.origin
+    scene.add_geometry(shape, transform=place)
+    return scene
+
+
+def _lines(form: str, rows: NDArray) -> str:
+    """One line per row."""
+    return (form + "\n") * len(rows) % tuple(rows.ravel().tolist())
+
+
+def _digits(points: NDArray) -> str:
+    """How a coordinate is written: so many digits keep every bit, the fixed decimals of trimesh do not."""
+    return "%.9g" if points.dtype == np.float32 else "%.17g"
+
+
+def _obj_file(mesh: TriangleMesh) -> bytes:
+    points = mesh.points
+    form = "v" + 3 * f" {_digits(points)}"
+    if mesh.colours is not None:
+        points = np.concatenate([points, mesh.colours], axis=1)
+        form += " %.9g %.9g %.9g"
+    text = "# triangle mesh\n" + _lines(form, points)
+    return (text + _lines("f %d %d %d", mesh.triangles + 1)).encode()
+
+
+def _off_file(mesh: TriangleMesh) -> bytes:
+    text = f"OFF\n{mesh.vertex_count} {mesh.triangle_count} 0\n"
+    text += _lines(" ".join(3 * [_digits(mesh.points)]), mesh.points)
+    return (text + _lines("3 %d %d %d", mesh.triangles)).encode()
+
+
+def _stl_file(mesh: TriangleMesh) -> bytes:
+    """Binary, which is float32; text where that would lose the shape."""
+    points = mesh.points
+    shape = trimesh.Trimesh(mesh.positions, mesh.triangles, process=False)
+    if (points.astype(np.float32) == points).all():
+        shape.vertices = points
+        return export_stl(shape)
+    corners = np.concatenate([shape.face_normals, points[mesh.triangles].reshape(-1, 9)], axis=1)
+    vertices = 3 * "vertex %.17g %.17g %.17g\n"
+    form = f"facet normal %.9g %.9g %.9g\nouter loop\n{vertices}endloop\nendfacet"
+    return f"solid mesh\n{_lines(form, corners)}endsolid mesh\n".encode()
+
+
+WRITERS: dict[str, Callable[[TriangleMesh], bytes]] = {
+    ".ply": ply_file,
+    ".obj": _obj_file,
+    ".stl": _stl_file,
+    ".off": _off_file,
+    ".gltf": lambda mesh: export_gltf(_scene(mesh), embed_buffers=True)["model.gltf"],
+    ".glb": lambda mesh: export_glb(_scene(mesh)),
+}
+"""By suffix."""
+
+CARRIED = {
+    ".ply": ("normals", "uvs", "colours", "tags"),
+    ".obj": ("colours",),
+    ".gltf": ("normals", "colours"),
+    ".glb": ("normals", "colours"),
+}
+"""What each holds beside points and triangles; the others, nothing."""

@@ -1,0 +1,86 @@
+"""Meshes from what people have: arrays, files, and the objects of trimesh and pyvista."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+
+
+def as_mesh(points: Any, faces: Any = None) -> TriangleMesh:
+    """A TriangleMesh from what people have.
+
+    Args:
+        points: (n, 3) floats, with `faces`; or a mesh alone: TriangleMesh, (points, faces), the path of a mesh file,
+            trimesh.Trimesh and trimesh.Scene (its meshes in their places, joined) or anything else with `vertices`
+            and `faces`, or with `points` and `regular_faces` such as pyvista.PolyData.
+        faces: (m, 3) integers.
+
+    Raises:
+        TypeError: none of these.
+        ValueError: wrong shapes, NaN or infinity, an index out of range; FileError where a file cannot be read.
+    """
+    return taken(points, faces)[0]
+
+
+def taken(points: Any, faces: Any = None) -> tuple[TriangleMesh, type[np.floating]]:
+    """`as_mesh`, and what its points are given back in: float32 where such came in, or float64."""
+    colours = None
+    if faces is not None:
+        pass
+    elif isinstance(points, TriangleMesh):
+        return points, np.float32 if points.origin is None else np.float64
+    elif isinstance(points, str | os.PathLike):
+        from lodbench.datasets_gen.read import read_mesh  # trimesh takes half a second
+
+        return taken(read_mesh(points))
+    elif hasattr(points, "geometry") and hasattr(points, "to_mesh"):  # trimesh.Scene
+        return taken(points.to_mesh())
+    elif hasattr(points, "vertices") and hasattr(points, "faces"):
+        points, faces, colours = points.vertices, points.faces, _vertex_colours(points)
+    elif hasattr(points, "points") and hasattr(type(points), "regular_faces"):
+        points, faces = points.points, _regular_triangles(points)
+    elif isinstance(points, tuple | list) and len(points) == 2:
+        points, faces = points
+    else:
+        # pyvista's volumes
+        volume = hasattr(points, "extract_surface")
+        hint = ": call .extract_surface().triangulate() on it first" if volume else ""
+        raise TypeError(
+            "points: expected a mesh, the path of one, or points (n, 3) with faces (m, 3), "
+            f"got {type(points).__name__}{hint}"
+        )
+    points = np.asarray(points)
+    narrow = np.can_cast(points.dtype, np.float32)
+    mesh = TriangleMesh(points, np.asarray(faces), colours=colours)
+    return mesh, np.float32 if narrow else np.float64
+
+
+def _vertex_colours(mesh: Any) -> NDArray[np.floating] | None:
+    """Those of a trimesh.Trimesh that has some, 0..1, (n, 3); colours of faces and textures are not taken."""
+    visual = getattr(mesh, "visual", None)
+    if getattr(visual, "kind", None) != "vertex":
+        return None
+    return np.asarray(visual.vertex_colors)[:, :3] / 255
+
+
+def _regular_triangles(mesh: Any) -> NDArray[np.integer]:
+    """The triangles of a pyvista.PolyData.
+
+    Raises:
+        ValueError: it has other polygons.
+    """
+    try:
+        found = np.asarray(mesh.regular_faces)
+    except ValueError:  # polygons of several sizes
+        found = np.zeros((0, 0), np.int64)
+    if found.ndim == 2 and found.shape[1] == 3:
+        return found
+    if getattr(mesh, "n_cells", len(found)) == 0:
+        return np.zeros((0, 3), np.int64)
+    got = f"polygons of {found.shape[1]} corners" if len(found) else "polygons of several sizes"
+    raise ValueError(f"faces: expected triangles, got {got}: call .triangulate() on it first")
