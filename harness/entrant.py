@@ -16,7 +16,7 @@ from lodbench.harness.timing import VERY_SLOW_S, PeakMemory, take
 from lodbench.kernels.device import Device, DeviceError, Unsupported
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.raster import Raster
-from lodbench.kernels.system import Frame, Prepared, System, Timeline, run
+from lodbench.kernels.system import NOTHING_TO_DRAW, Frame, Prepared, System, Timeline, run
 
 Record = Callable[..., None]  # (kind, **row): appends a row about this subject
 
@@ -97,7 +97,10 @@ class Entrant:
         return self._run(self.seen, self.raster)
 
     def whole_frame(self) -> Timeline | None:
-        """Run one frame with raster and shading where samples are taken without; None when that failed."""
+        """Run one frame with raster and shading where samples are taken without; None when that failed.
+
+        A frame that leaves nothing to draw has no time, and the subject's samples stand.
+        """
         return self._run(self.seen, self.raster)
 
     def _run(self, frame: Frame, raster: Raster | None) -> Timeline | None:
@@ -105,6 +108,10 @@ class Entrant:
         try:
             return run(self.device, self.prepared, frame, raster)
         except Exception as error:
+            apart = self.subject.draw is not None and self.subject.draw.apart
+            if raster is not None and apart and isinstance(error, Unsupported):
+                self.facts["frame_reason"] = str(error)
+                return None
             if not self.fail(error):
                 raise
             return None
@@ -118,7 +125,7 @@ class Entrant:
         draw, prepared = self.subject.draw, self.prepared
         assert draw is not None and prepared is not None and self.device is not None
         if prepared.output is None:
-            raise Unsupported("needs a surface on the device to draw, subject leaves none")
+            raise Unsupported(NOTHING_TO_DRAW)
         self.raster = Raster(self.device, prepared.output, *draw.size)
         self.seen = self.view if self.view.view else Frame(mesh_view(surface, size=draw.size))
 

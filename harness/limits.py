@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -55,6 +56,12 @@ class Limits:
     multiply_add: Rate
     launch_wall: Rate
     launch_event: Rate
+
+    @classmethod
+    def of_record(cls, row: Mapping[str, Any]) -> Limits:
+        """The limits as a run's `limits` row holds them."""
+        rates = {name: Rate(**rate) for name, rate in row.items() if isinstance(rate, Mapping)}
+        return cls(row["device"], row["size_bytes"], **rates)
 
     def least_s(self, traffic: Traffic) -> float:
         """Seconds that the device needs at the least to move these bytes and do these operations.

@@ -228,7 +228,9 @@ def write_report(folder: Path) -> Path:
         started=e["started"],
         commit=e["commit"],
         dirty=e.get("dirty"),
-        statuses=[(s, counts[s]) for s in ("ok", "noisy", "skipped", "failed") if s in counts],
+        statuses=[
+            (s, counts[s]) for s in ("ok", "noisy", "skipped", "published", "failed") if s in counts
+        ],
         tables=tables,
         images=_images(folder),
         noise=_noise(),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import weakref
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, KeysView, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -129,6 +129,11 @@ class Launch:
                 f"{kernel.function_name}: expected arguments {missing}, got none of them"
             )
         self.set(**arguments)
+
+    @property
+    def parameters(self) -> KeysView[str]:
+        """Names of the kernel's parameters."""
+        return self._position.keys()
 
     @property
     def items(self) -> tuple[int, ...]:

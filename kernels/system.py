@@ -20,6 +20,7 @@ __all__ = [
 ]  # fmt: skip
 
 P = TypeVar("P")
+NOTHING_TO_DRAW = "needs a surface on the device to draw, subject leaves none"
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,12 +170,19 @@ def run(
     frame: Frame = Frame(),
     raster: Callable[[DeviceSurface, Frame, Timeline], None] | None = None,
 ) -> Timeline:
-    """One frame: enqueue, optional raster and shading, wait once; device seconds per stage and wall seconds."""
+    """One frame: enqueue, optional raster and shading, wait once; device seconds per stage and wall seconds.
+
+    Raises:
+        Unsupported: the frame is to be drawn and left no surface on the device: it would be no whole frame.
+    """
     timeline = Timeline()
     start = time.perf_counter()
     prepared.enqueue(frame, timeline)
-    if raster is not None and prepared.output is not None:
+    if raster is not None:
+        if prepared.output is None:
+            device.wait()
+            raise Unsupported(NOTHING_TO_DRAW)
         raster(prepared.output, frame, timeline)
     device.wait()
-    timeline.wall_s = time.perf_counter() - start
+    timeline.wall_s = time.perf_counter() - start - timeline.untimed_s
     return timeline.collect()

@@ -61,9 +61,10 @@ class HostPrepared:
         find_pools()
 
     def enqueue(self, frame: Frame, timeline: Timeline) -> None:
-        """Call the function; its wall seconds are the stage "call"."""
-        limit_threads(self.device.facts.compute_units)
-        self._last = None  # the last frame's memory is free before the next is made
+        """Call the function; its wall seconds are the stage "call", and the frame's."""
+        with timeline.untimed():
+            limit_threads(self.device.facts.compute_units)
+            self._last = None  # the last frame's memory is free before the next is made
         with timeline.host(STAGE):
             self._last = self.call(frame)
 

@@ -1,9 +1,9 @@
 """Reproduced tables and figures: one file each, cases, columns and published values as data.
 
 A table is made from a run's records alone, any number of times. Each row has `status` (`ok`, `noisy`, `skipped`,
-`failed`) and `reason`; unknown values are None. `ratio_to_<subject>` says how many times faster the row is than that
-subject, taken turn by turn, with a 95 % bootstrap interval in `..._low` and `..._high`; it is None where either of
-the two failed its check or ran in batches.
+`failed`; `published`: nothing of it was measured) and `reason`; unknown values are None. `ratio_to_<subject>` says how
+many times faster the row is than that subject, taken turn by turn, with a 95 % bootstrap interval in `..._low` and
+`..._high`; it is None where either of the two failed its check or ran in batches.
 """
 
 from __future__ import annotations
@@ -20,9 +20,11 @@ from typing import Any
 
 from lodbench.harness.amounts import amount
 from lodbench.harness.group import Group
+from lodbench.harness.limits import Limits
 from lodbench.harness.record import GroupRecord, RunRecord, SubjectRecord, plain, write_json
 from lodbench.harness.registry import closest
 from lodbench.harness.timing import noise, paired_ratio, summary, unpaired_ratio
+from lodbench.kernels.system import Traffic
 
 Row = dict[str, Any]
 
@@ -154,6 +156,11 @@ def measured(group: GroupRecord, subject: SubjectRecord) -> Row:
     return row
 
 
+def published(group: GroupRecord, system: str, **values: float | None) -> Row:
+    """The row of a method that only the paper ran: the group's facts and `published_*` values alone."""
+    return {**group.facts, "system": system, "status": "published", **values}
+
+
 def memory_bytes(group: GroupRecord, subject: SubjectRecord) -> int | None:
     """What the subject holds while it runs: a device's buffers, or a host's input and the rise of its memory peak.
 
@@ -178,9 +185,8 @@ def limit_share(run: RunRecord, subject: SubjectRecord) -> float | None:
     stages = {name: summary(subject.stage_s(name)) for name in subject.traffic}
     if run.limits is None or not stages or None in stages.values():
         return None
-    bandwidth = max(run.limits["fill"]["best"], run.limits["copy"]["best"])
-    rate = run.limits["multiply_add"]["best"]
-    least = sum(max(t["bytes"] / bandwidth, t["flops"] / rate) for t in subject.traffic.values())
+    limits = Limits.of_record(run.limits)
+    least = sum(limits.least_s(Traffic(**traffic)) for traffic in subject.traffic.values())
     spent = sum(stage.median for stage in stages.values() if stage)
     return least / spent if spent else None
 

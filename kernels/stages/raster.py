@@ -42,7 +42,7 @@ class Raster:
 
     Args:
         device: where the surface is.
-        surface: of any topology; later calls may pass others of the same capacity.
+        surface: of any topology; later calls may pass others with no more vertices, instanced or not as it is.
         width: pixels, 1 to 16384.
         height: pixels, 1 to 16384.
         look: how it is drawn.
@@ -108,8 +108,7 @@ class Raster:
             "colour_map": device.upload("colour_map", ramp),
             "values": device.upload("values", values, np.float32, (None,)),
         }
-        totals = np.array([surface.vertex_count, surface.triangle_count], np.uint32)
-        self._totals = device.upload("live", totals)
+        self._all = device.upload("live", np.full(2, 0xFFFFFFFF, np.uint32))  # kernels cut to size
 
     def _values_per(self, surface: DeviceSurface) -> int:
         """Triangles that share one value: 1, or those of an instance."""
@@ -124,17 +123,28 @@ class Raster:
             raise ValueError(f"values: expected {wanted} of {look.values_of}, got {have}")
         return 1
 
-    def _arguments(self, surface: DeviceSurface) -> dict[str, Any]:
-        """Every kernel's arguments by name; those that depend on the view are set by the first call."""
-        look = self.look
-        smooth = look.smooth and surface.normals is not None
-        none = (0.0, 0.0, 1.0, 0.0)
+    def _of_surface(self, surface: DeviceSurface) -> dict[str, Any]:
+        """The arguments that another surface changes."""
+        smooth = self.look.smooth and surface.normals is not None
         return {
-            **self._buffers,
             "positions": surface.positions,
             "normals": surface.normals if smooth else surface.positions,
             "triangles": surface.triangles,
-            "live": self._totals if surface.counts is None else surface.counts,
+            "live": self._all if surface.counts is None else surface.counts,
+            "instance_vertices": surface.instance_vertices,
+            "triangles_per_value": self._values_per(surface),
+            "pattern_count": max(surface.triangle_count // surface.instances, 1),
+            "vertex_count": surface.vertex_count,
+            "triangle_count": surface.triangle_count,
+        }
+
+    def _arguments(self, surface: DeviceSurface) -> dict[str, Any]:
+        """Every kernel's arguments by name; those that depend on the view are set by the first call."""
+        look = self.look
+        none = (0.0, 0.0, 1.0, 0.0)
+        return {
+            **self._buffers,
+            **self._of_surface(surface),
             "to_screen": np.zeros(16, np.float32),
             "key_light": none,
             "fill_light": none,
@@ -147,11 +157,6 @@ class Raster:
             "cull": int(look.cull),
             "width": self.width,
             "height": self.height,
-            "instance_vertices": surface.instance_vertices,
-            "triangles_per_value": self._values_per(surface),
-            "pattern_count": max(surface.triangle_count // surface.instances, 1),
-            "vertex_count": surface.vertex_count,
-            "triangle_count": surface.triangle_count,
             "large_pixels": max(LARGE_PIXELS, self.width * self.height // 256),
             "large_capacity": LARGE_CAPACITY,
             "tiles_open": int(self._shared),
@@ -202,8 +207,8 @@ class Raster:
         self._enqueue(Timeline())
         device.wait()
         self._seen: View | None = None
+        self._surface, self._bound = surface, {}
         self._rebind(surface)
-        self._surface = surface
 
     def _enqueue(self, timeline: Timeline) -> None:
         self._vertex(timeline)
@@ -216,19 +221,30 @@ class Raster:
             self._shade(timeline)
 
     def _rebind(self, surface: DeviceSurface) -> None:
-        live = self._totals if surface.counts is None else surface.counts
-        positions, triangles = surface.positions, surface.triangles
-        self._vertex.set(positions=positions, live=live)
-        self._triangles.set(positions=positions, triangles=triangles, live=live)
-        self._shade.set(positions=positions, triangles=triangles)
-        if self.look.smooth and surface.normals is not None:
-            self._shade.set(normals=surface.normals)
+        """Have the launches draw `surface`.
+
+        Raises:
+            ValueError: it has more vertices than there is room for, or the kernels were built for another kind.
+        """
+        rows = self._buffers["screen"].shape[0]
+        if surface.vertex_count > rows:
+            raise ValueError(
+                f"surface: expected at most {rows} vertices, got {surface.vertex_count}"
+            )
+        if _kind(surface) != _kind(self._surface):
+            raise ValueError(f"surface: expected {_kind(self._surface)}, got {_kind(surface)}")
+        wanted = self._of_surface(surface)
+        changed = {name: value for name, value in wanted.items() if self._bound.get(name) != value}
+        self._vertex.items = max(-(-surface.vertex_count // 8), 1)
+        for launch in (self._vertex, self._triangles, self._large, self._shade):
+            launch.set(**{name: changed[name] for name in launch.parameters & changed.keys()})
+        self._surface, self._bound = surface, wanted
 
     def __call__(self, surface: DeviceSurface, frame: Frame, timeline: Timeline) -> None:
         """Enqueue the stages that draw `surface` as `frame.view` sees it; never waits.
 
         Raises:
-            ValueError: no view, a view of another size, or a surface of another shape than the first.
+            ValueError: no view, a view of another size, or a surface that the raster was not made for.
         """
         view = frame.view or self._view
         if view is None:
@@ -239,12 +255,7 @@ class Raster:
                 f"got {view.width} x {view.height}"
             )
         if surface is not self._surface:
-            if _shape(surface) != _shape(self._surface):
-                raise ValueError(
-                    f"surface: expected {_shape(self._surface)}, got {_shape(surface)}"
-                )
             self._rebind(surface)
-            self._surface = surface
         if view is not self._seen:
             matrix = to_screen(view)
             self._vertex.set(to_screen=matrix)
@@ -286,12 +297,7 @@ class Raster:
         return sum(buffer.size_bytes for buffer in self._buffers.values())
 
 
-def _shape(surface: DeviceSurface) -> tuple[int, int, int, int, bool]:
-    """What the launches were made for."""
-    return (
-        surface.vertex_count,
-        surface.triangle_count,
-        surface.instances,
-        surface.instance_vertices,
-        surface.normals is not None,
-    )
+def _kind(surface: DeviceSurface) -> str:
+    """What the kernels were built for."""
+    instances = "instances" if surface.instances > 1 else "one mesh"
+    return f"{instances} with {'normals' if surface.normals is not None else 'no normals'}"

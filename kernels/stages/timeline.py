@@ -14,11 +14,13 @@ class Timeline:
     """Seconds by stage, in the order in which the stages first ran.
 
     Device stages are events (end - start, summed by stage after `collect`); host stages are wall seconds
-    measured with `host`. `wall_s` is the whole, from the first enqueue to the end of the one wait.
+    measured with `host`. `wall_s` is the whole, from the first enqueue to the end of the one wait, less `untimed_s`:
+    what a subject had to do before its work could begin and that is no part of it.
     """
 
     stage_s: dict[str, float] = field(default_factory=dict)
     wall_s: float = 0.0
+    untimed_s: float = 0.0
     from_cache: dict[str, bool] = field(default_factory=dict)
     _events: list[tuple[str, Any]] = field(default_factory=list, repr=False)
 
@@ -34,6 +36,15 @@ class Timeline:
             yield
         finally:
             self.stage_s[stage] = self.stage_s.get(stage, 0.0) + time.perf_counter() - start
+
+    @contextmanager
+    def untimed(self) -> Iterator[None]:
+        """Leave the wall time of the block out of the frame's."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.untimed_s += time.perf_counter() - start
 
     def collect(self) -> Timeline:
         """Read the finished events' times; call once the queue is empty."""

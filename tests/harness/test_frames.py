@@ -95,6 +95,37 @@ def test_subject_without_a_surface_on_the_device_is_not_drawn(measure):
     assert tables.measured(group, apart)["frame_s"] is None
 
 
+class LeavesNothingNear:
+    """A frame of `static_vbo` that, from some frame on, leaves no surface to draw."""
+
+    def __init__(self, prepared, frames):
+        self._prepared, self._left = prepared, frames
+
+    def __getattr__(self, name):
+        return getattr(self._prepared, name)
+
+    @property
+    def output(self):
+        return self._prepared.output if self._left >= 0 else None
+
+    def enqueue(self, frame, timeline):
+        self._left -= 1
+        self._prepared.enqueue(frame, timeline)
+
+
+@pytest.mark.parametrize(("apart", "status"), [(True, "ok"), (False, "skipped")])
+def test_frame_that_leaves_nothing_to_draw_has_no_time(device, apart, status):
+    entrant = Entrant(pattern(draw=Draw(SIZE, apart=apart)))
+    entrant.enter(icosphere(1), lambda: device, {}, lambda kind, **row: None, keep_mesh=False)
+    entrant.prepared = LeavesNothingNear(entrant.prepared, frames=1)
+    frame = entrant.whole_frame if apart else entrant.frame
+    assert frame() is not None
+    assert frame() is None
+    assert entrant.status == status
+    why = entrant.facts["frame_reason"] if apart else entrant.reason
+    assert why == "needs a surface on the device to draw, subject leaves none"
+
+
 def test_draw_is_part_of_what_decides_a_measurement():
     plain, drawn = (Group("sphere_10", (vbo(draw=draw),)).config() for draw in (None, Draw(SIZE)))
     assert plain != drawn

@@ -10,6 +10,7 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.device import Device
+from lodbench.kernels.geometry_image.parameterisation import topology
 from lodbench.kernels.geometry_image.quadtree_lod.host import image_of
 from lodbench.kernels.geometry_image.uniform_grid.reference import grid
 from lodbench.kernels.stages.timeline import Timeline
@@ -98,9 +99,17 @@ class UniformGrid:
         ]
 
     def check(self) -> Check:
-        """Positions against the stored ones."""
-        wrong = (self.result()[0].positions != self._expected.positions).any(axis=1).sum()
-        return Check(wrong == 0, "vertices that differ from what is stored", float(wrong), 0.0)
+        """Positions, normals and triangles against the stored ones, and what the triangles enclose."""
+        (mesh,) = self.result()
+        rows = [
+            getattr(mesh, name) != getattr(self._expected, name)
+            for name in ("positions", "normals", "triangles")
+        ]
+        wrong = sum(int(different.any(axis=1).sum()) for different in rows)
+        if mesh.triangle_count:
+            wrong += len(topology(mesh.triangles).faults)
+        what = "rows that differ from what is stored, and faults of a closed surface"
+        return Check(wrong == 0, what, float(wrong), 0.0)
 
     def counters(self) -> Mapping[str, int | float]:
         """The grid's size."""

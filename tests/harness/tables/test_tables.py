@@ -37,6 +37,19 @@ def rows_of(name, *groups):
     return {row["system"]: row for row in made["rows"]}, made
 
 
+def test_share_of_the_limit_is_taken_against_medians_not_against_one_best_sample():
+    one = subject("a", [{"vertex": 0.5}] * 10, traffic={"vertex": {"bytes": 10, "flops": 0}})
+
+    def rate(best, median):
+        return {"subject": "k", "unit": "B/s", "best": best, "median": median, "samples": [best]}
+
+    found = run(group(one))
+    names = ("copy", "multiply_add", "launch_wall", "launch_event")
+    rest = {name: rate(9.0, 9.0) for name in names}
+    found.limits = {"device": "d", "size_bytes": 1, "fill": rate(1000.0, 40.0), **rest}
+    assert tables.limit_share(found, one) == pytest.approx(10 / 40 / 0.5)
+
+
 def test_ratio_says_how_many_times_faster_the_row_is():
     both = group(subject("ours", [1.0, 2.0, 3.0]), subject("theirs", [4.0, 8.0, 12.0]))
     row = ratios(both, both.subjects["ours"], ["theirs"])

@@ -34,6 +34,22 @@ def test_table1_shows_stages_published_times_and_the_error_beside_the_uniform_gr
     assert (row["published_wall_s"], rows["serial_traversal"]["published_wall_s"]) == (0.003, None)
 
 
+def test_table1_gives_the_papers_predecessor_a_row_of_its_own_without_measurements():
+    found = group(
+        subject("quadtree_lod", [0.006] * 10), subject("numpy_quadtree_lod", [0.02] * 10),
+        subject("uniform_grid", [0.001] * 10), table="w14_table1", triangles_asked=34_627,
+    )  # fmt: skip
+    rows = {row["system"]: row for row in tables.document(w14_table1.TABLE, run(found))["rows"]}
+    assert rows["numpy_quadtree_lod"]["published_wall_s"] is None
+    predecessor = rows[w14_table1.PREDECESSOR]
+    assert predecessor["status"] == "published"
+    filled = {key for key, value in predecessor.items() if value is not None}
+    assert filled == {"triangles_asked", "system", "status", "published_wall_s"} | (
+        filled & {"dataset"}
+    )
+    assert predecessor["published_wall_s"] == 0.005
+
+
 def test_published_times_are_the_papers():
     assert w14_table1.PUBLISHED_S[69_444] == (0.006, 0.017)
     assert [mine for mine, _ in w14_table1.PUBLISHED_S.values()] == [0.006, 0.005, 0.003, 0.002]

@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
@@ -34,6 +36,30 @@ def test_samples_between_are_interpolated():
 def test_target_count_is_met_from_below(device):
     prepared = SYSTEM.prepare(device, bumpy_image(4), Params(target_count=300))
     assert prepared.counters()["triangles"] == 2 * 12**2
+
+
+@pytest.mark.parametrize("name", ["positions", "normals", "triangles"])
+def test_check_sees_a_changed_row_of_every_array(device, name):
+    prepared = SYSTEM.prepare(device, bumpy_image(3), Params())
+    run(device, prepared)
+    mesh = prepared._expected
+    changed = getattr(mesh, name).copy()
+    changed[5] = changed[5][::-1]
+    prepared._expected = dataclasses.replace(mesh, **{name: changed})
+    assert not prepared.check().passed
+
+
+def test_check_sees_a_surface_that_does_not_close(device):
+    prepared = SYSTEM.prepare(device, bumpy_image(3), Params())
+    run(device, prepared)
+    mesh = prepared._expected
+    triangles = mesh.triangles.copy()
+    triangles[0] = triangles[1]
+    prepared._expected = dataclasses.replace(mesh, triangles=triangles)
+    prepared._triangles = device.upload("triangles", triangles)
+    check = prepared.check()
+    assert not check.passed
+    assert check.value > 0
 
 
 @pytest.mark.parametrize("wrong", [{"cells": 3}, {"cells": 0}, {"target_count": 7}, {"n": 0}])

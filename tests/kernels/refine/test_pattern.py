@@ -10,6 +10,9 @@ from lodbench.kernels.refine.lattice import lattice_vertex_count
 from lodbench.kernels.refine.pattern import Params, refine
 from lodbench.kernels.refine.pattern.host import prepare
 from lodbench.kernels.refine.pattern.reference import Wave, largest_error, refined
+from lodbench.kernels.stages.camera import look_at
+from lodbench.kernels.stages.raster import Raster
+from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Frame, View, run
 from tests.tolerances import ROUNDING32, UNIT_LENGTH
 
@@ -212,6 +215,19 @@ def test_pattern_chooses_its_level_by_distance(device):
         assert surface.triangle_count == mesh.triangle_count * segments**2
     run(device, prepared)
     assert as_bytes(prepared.result()[0]) == as_bytes(draw(device, mesh, 16).result()[0])
+
+
+def test_pattern_of_many_levels_is_drawn_on_either_side_of_every_change(device):
+    mesh = icosphere(1)
+    prepared = prepare(device, mesh, Params(64, levels=7, near=1.0))
+    raster = Raster(device, prepared.output, 60, 48)
+    for away in (0.5, 1.9, 2.1, 70.0, 1e3, 0.5):
+        away *= mesh.diagonal
+        view = look_at((0, 0, away + 1), (0, 0, 0), size=(60, 48), near=away / 10, far=3 * away)
+        run(device, prepared, Frame(view), raster)
+        own = Raster(device, prepared.output, 60, 48)
+        own(prepared.output, Frame(view), Timeline())
+        np.testing.assert_array_equal(raster.image(), own.image())
 
 
 def test_pattern_counts_memory_as_the_paper_and_as_it_is(device):

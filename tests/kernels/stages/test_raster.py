@@ -304,6 +304,28 @@ def test_raster_neither_allocates_nor_keeps_anything_from_frame_to_frame(device)
     assert device.used_bytes <= used
 
 
+@pytest.mark.parametrize("instances", [1, 3])
+def test_raster_draws_surfaces_of_other_sizes_as_one_made_for_them(device, instances):
+    view = pixel_view(90, 90)
+
+    def surface(seed, count):
+        points, triangles = soup(seed, count, 90, 90, 30)
+        own = np.concatenate([points + 5 * k for k in range(instances)])
+        return upload(
+            device, own, triangles, np.tile((0, 0, 1), (len(own), 1)), instances=instances,
+            triangle_count=instances * len(triangles), instance_vertices=len(points),
+        )  # fmt: skip
+
+    large, small = surface(1, 40), surface(2, 7)
+    expected = {id(s): drawn(device, s, view).image() for s in (large, small)}
+    raster = Raster(device, large, 90, 90)
+    used = device.used_bytes
+    for one in (small, large, small):
+        raster(one, Frame(view), Timeline())
+        np.testing.assert_array_equal(raster.image(), expected[id(one)])
+    assert device.used_bytes == used
+
+
 def test_raster_reports_its_stages(device):
     surface = upload(device, *soup(1, 10, 20, 20, 5))
     raster = Raster(device, surface, 20, 20, view=pixel_view(20, 20))
@@ -324,8 +346,11 @@ def test_raster_refuses_what_it_cannot_draw(device):
         raster(surface, Frame(), Timeline())
     with pytest.raises(ValueError, match="expected 20 x 20 pixels, got 30 x 20"):
         raster(surface, Frame(pixel_view(30, 20)), Timeline())
-    with pytest.raises(ValueError, match="surface: expected"):
-        raster(upload(device, *soup(1, 5, 20, 20, 5)), Frame(pixel_view(20, 20)), Timeline())
+    with pytest.raises(ValueError, match="surface: expected at most 16 vertices, got 18"):
+        raster(upload(device, *soup(1, 6, 20, 20, 5)), Frame(pixel_view(20, 20)), Timeline())
+    with pytest.raises(ValueError, match="surface: expected one mesh with no normals, got inst"):
+        other = upload(device, *soup(1, 4, 20, 20, 5), instances=2)
+        raster(other, Frame(pixel_view(20, 20)), Timeline())
     with pytest.raises(ValueError, match="values: expected 12 of vertices, got 5"):
         Raster(device, surface, 20, 20, Look(values=np.zeros(5, np.float32)))
     with pytest.raises(ValueError, match="count=True"):

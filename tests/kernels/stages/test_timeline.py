@@ -1,7 +1,10 @@
+import time
+
 import numpy as np
 import pytest
 
 from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.system import run
 
 
 class Event:
@@ -43,6 +46,23 @@ def test_timeline_counts_a_host_block_that_failed():
     with pytest.raises(KeyError), timeline.host("build"):
         raise KeyError
     assert timeline.stage_s["build"] >= 0.0
+
+
+def test_frame_leaves_out_what_a_subject_does_before_its_work(device, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
+
+    class Subject:
+        output = None
+
+        def enqueue(self, frame, timeline):
+            with timeline.untimed():
+                now[0] += 7
+            with timeline.host("call"):
+                now[0] += 2
+
+    timeline = run(device, Subject())
+    assert (timeline.wall_s, timeline.stage_s, timeline.untimed_s) == (2, {"call": 2}, 7)
 
 
 def test_timeline_reads_the_events_of_a_real_device(device):
