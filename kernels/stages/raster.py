@@ -21,9 +21,7 @@ LARGEST_SIDE = 16384  # pixels; sub-pixel coordinates of the guard band end ther
 FLAGS_OPEN = 16  # words of counters before the flags of the tiles, as in screen.cl
 EMPTY_KEY = (0x3F800000 << 32) | EMPTY_ID  # depth 1 and no triangle, as in screen.cl
 LARGE_PIXELS = 4096  # of a triangle's box: above, and above 1/256 of the image, tiles share it
-LARGE_CAPACITY = (
-    1 << 15
-)  # triangles that are shared out by tiles; one too many is drawn where it is found
+LARGE_CAPACITY = 1 << 15  # such triangles; one too many is drawn where it is found
 MAPS = 16  # private maps at most: each costs 8 bytes per pixel that it touches
 GPU_ITEMS = 1 << 14
 KEY_BYTES = 8
@@ -99,6 +97,7 @@ class Raster:
         if look.colour_map is not None:
             ramp[:, :3] = np.asarray(look.colour_map, np.float32)[:, :3]
         values = np.zeros(1, np.float32) if look.values is None else np.ravel(look.values)
+        self._all = device.upload("live", np.full(2, 0xFFFFFFFF, np.uint32))  # kernels cut to size
         self._buffers = {
             "screen": device.allocate("screen", (rows, 4), np.int32),
             "flags": device.allocate("flags", FLAGS_OPEN + self._maps * self._tiles, np.uint32),
@@ -108,7 +107,6 @@ class Raster:
             "colour_map": device.upload("colour_map", ramp),
             "values": device.upload("values", values, np.float32, (None,)),
         }
-        self._all = device.upload("live", np.full(2, 0xFFFFFFFF, np.uint32))  # kernels cut to size
 
     def _values_per(self, surface: DeviceSurface) -> int:
         """Triangles that share one value: 1, or those of an instance."""
@@ -175,9 +173,8 @@ class Raster:
         colour = 1 if look.by_triangle else 0
         if look.values is not None:
             colour = 2 + (look.values_of == "vertices") + (look.values.ndim == 2)
-        smooth = look.smooth and surface.normals is not None
         shading = {
-            "SMOOTH": int(smooth),
+            "SMOOTH": int(look.smooth and surface.normals is not None),
             "COLOUR": colour,
             "WIRE": int(look.wireframe),
             "INSTANCED": int(surface.instances > 1),
