@@ -6,13 +6,14 @@ import math
 import os
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lodbench.kernels import facts
+from lodbench.kernels import caches, driver, facts
 from lodbench.kernels.driver import DeviceError, Unsupported, choose_device, list_devices, opencl
 from lodbench.kernels.program import Buffer, Program
 from lodbench.kernels.stages.timeline import Timeline
@@ -39,14 +40,15 @@ class Device:
         self.handle = device
         self.context = cl.Context([device])
         properties = cl.command_queue_properties.PROFILING_ENABLE
-        self.queue = cl.CommandQueue(self.context, device, properties=properties)
-        self._pool = cl.tools.MemoryPool(cl.tools.ImmediateAllocator(self.queue))
+        self._queue = cl.CommandQueue(self.context, device, properties=properties)
+        self._pool = cl.tools.MemoryPool(cl.tools.ImmediateAllocator(self._queue))
         self.memory_limit = int(memory_limit or device.global_mem_size)
         self._largest = int(device.max_mem_alloc_size)
         self._used = 0
         self.local_size = min(local_size or LOCAL_SIZE, device.max_work_group_size)
         self._programs: dict[tuple[Any, ...], Program] = {}
         self.is_cpu = bool(device.type & cl.device_type.CPU)
+        self._is_pocl = driver.is_pocl(device)
         ratio = facts.builtins_ratio(self) if self.is_cpu else 1.0
         self.facts = facts.DeviceFacts(
             name=device.name.strip(),
@@ -98,6 +100,16 @@ class Device:
         return cls(handle, memory_limit=memory_limit, local_size=local_size, one_core=one_core)
 
     @property
+    def queue(self) -> Any:
+        """Where every command goes.
+
+        Raises:
+            DeviceError: this process was forked after the device was opened.
+        """
+        driver.check_process()
+        return self._queue
+
+    @property
     def slug(self) -> str:
         """The device's name for a folder, such as `pocl-amd-epyc`."""
         platform = (
@@ -112,7 +124,8 @@ class Device:
         joined = "".join(f'#line 1 "{name}"\n{text}\n' for name, text in texts)
         cl = self.cl
         try:
-            return cl.Program(self.context, joined).build(options=options.split())
+            with caches.loading() if self._is_pocl else nullcontext():
+                return cl.Program(self.context, joined).build(options=options.split())
         except cl.Error as error:
             log = [line for line in str(error).splitlines() if "error" in line.lower()]
             files = ", ".join(name for name, _ in texts)
@@ -174,6 +187,7 @@ class Device:
             raise Unsupported(
                 f"{name}: needs {size:,} bytes of device memory, device has {min(free, self._largest):,} ({limit})"
             )
+        driver.check_process()
         try:
             memory = self._pool.allocate(size)
         except self.cl.Error as error:
@@ -228,6 +242,7 @@ class Device:
         result = np.empty(shape, buffer.dtype)
         if result.size:
             self.cl.enqueue_copy(self.queue, result, buffer.memory, is_blocking=True)
+            caches.mark.end()
         else:
             self.wait()
         return result
@@ -276,3 +291,9 @@ class Device:
             self.queue.finish()
         except self.cl.Error as error:
             raise DeviceError(f"a command failed on {self.facts.name}: {error}") from None
+        caches.mark.end()
+
+    def loads(self) -> None:
+        """A kernel is about to run for the first time here: the driver loads it, and the next wait ends that."""
+        if self._is_pocl:
+            caches.mark.begin()

@@ -5,8 +5,15 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import signal
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
+
+from lodbench.kernels import caches
+
+_loaded_by = 0  # the process in which the driver has started its threads; 0 before
 
 
 class Unsupported(RuntimeError):
@@ -18,13 +25,59 @@ class DeviceError(RuntimeError):
 
 
 def opencl() -> Any:
-    """pyopencl, imported when a device is first wanted and never before."""
+    """pyopencl, imported when a device is first wanted and never before.
+
+    It goes without its own cache: PoCL and NVIDIA's driver keep theirs, and what is left to it takes longer to read
+    than to make. So there is one folder less that can be full, read-only or damaged.
+    """
     pin_pocl_threads()
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), _environment("PYOPENCL_NO_CACHE", "1"):
         warnings.simplefilter("ignore")
         import pyopencl
     warnings.filterwarnings("ignore", category=pyopencl.CompilerWarning)
     return pyopencl
+
+
+@contextmanager
+def _environment(name: str, value: str) -> Iterator[None]:
+    """The environment variable has this value inside the block, unless it has one already."""
+    if name in os.environ:
+        yield
+        return
+    os.environ[name] = value
+    try:
+        yield
+    finally:
+        del os.environ[name]
+
+
+@contextmanager
+def _ctrl_c_kept_from_threads() -> Iterator[None]:
+    """Threads and programs started inside the block never see Ctrl-C; this thread does, after the block.
+
+    PoCL's threads start the linker, and a linker that Ctrl-C ends takes the whole process with it.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def check_process() -> None:
+    """Refuse to call the driver in a child that was forked after it was loaded: such a call never returns.
+
+    Raises:
+        DeviceError: this is such a child.
+    """
+    if _loaded_by not in (0, os.getpid()):
+        raise DeviceError(
+            "device: expected a process that opens its own, got one forked from a process with a device open, where "
+            'every call would hang; start it with multiprocessing.get_context("spawn")'
+        )
 
 
 def pin_pocl_threads() -> None:
@@ -41,7 +94,12 @@ def pin_pocl_threads() -> None:
 
 def list_devices() -> list[tuple[str, str, str, Any]]:
     """("platform:device" index, platform name, device name, handle) of every device, in the loader's order."""
+    global _loaded_by
+    check_process()
     cl = opencl()
+    if not _loaded_by:
+        caches.settle()
+    _loaded_by = os.getpid()
     try:
         platforms = cl.get_platforms()
     except cl.Error:
@@ -49,7 +107,8 @@ def list_devices() -> list[tuple[str, str, str, Any]]:
     found = []
     for p, platform in enumerate(platforms):
         try:
-            devices = platform.get_devices()
+            with _ctrl_c_kept_from_threads():
+                devices = platform.get_devices()
         except cl.Error:
             continue
         for d, device in enumerate(devices):
@@ -65,6 +124,11 @@ def is_named(wanted: str, index: str, platform: str, device: str) -> bool:
     return wanted.lower() in f"{platform} {device}".lower()
 
 
+def is_pocl(handle: Any) -> bool:
+    """Does the device belong to PoCL, whose kernels lie in a folder that this process marks while it loads them?"""
+    return "PoCL" in handle.platform.version
+
+
 def choose_device(wanted: str) -> Any:
     """The handle of the first device that `wanted` names; for "" PoCL's, else the first there is.
 
@@ -73,12 +137,15 @@ def choose_device(wanted: str) -> Any:
     """
     found = list_devices()
     if not found:
-        raise DeviceError("device: expected an OpenCL driver, got none; run `lodbench doctor`")
+        reason = caches.why_no_pocl() or "run `lodbench doctor`"
+        raise DeviceError(f"device: expected an OpenCL driver, got none; {reason}")
     matches = [device for device in found if is_named(wanted or "pocl", *device[:3])]
     if wanted and not matches:
         labels = "; ".join(f"{index} {platform}: {name}" for index, platform, name, _ in found)
         raise DeviceError(f"device: expected one of [{labels}], got {wanted!r}")
     handle = (matches or found)[0][3]
+    if is_pocl(handle) and (reason := caches.why_no_pocl()):
+        raise DeviceError(f"device: {reason}")
     if "PoCL 3.0" in handle.platform.version and shutil.which("ld") is None:
         raise DeviceError(
             "device: expected the linker `ld` on PATH (PoCL calls it for every kernel and aborts without it), "

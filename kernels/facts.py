@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lodbench.kernels import caches
+
 if TYPE_CHECKING:
     from lodbench.kernels.device import Device
 
@@ -81,10 +83,16 @@ def builtins_ratio(device: Device) -> float:
     ) * 8:  # the first turn compiles, the minimum drops it
         kernel = cl.Kernel(program, name)
         kernel.set_args(memory, np.uint32(count))
-        event = cl.enqueue_nd_range_kernel(device.queue, kernel, (count,), (local,))
-        event.wait()
+        with caches.loading():
+            event = cl.enqueue_nd_range_kernel(device.queue, kernel, (count,), (local,))
+            event.wait()
         seconds = (event.profile.end - event.profile.start) * 1e-9
         best[name] = min(best.get(name, np.inf), seconds)
     ratio = round(best["probe_builtin"] / max(best["probe_operator"], 1e-9), 2)
     write_cache(path, json.dumps({"ratio": ratio, "device": key}))
+    if not path.exists():
+        caches.note(
+            f"cache folder {cache_folder()}: cannot be written, so the driver is measured at each start; make room "
+            "there, or set LODBENCH_CACHE to another folder"
+        )
     return ratio

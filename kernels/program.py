@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lodbench.kernels import caches
+from lodbench.kernels.driver import DeviceError
 from lodbench.kernels.stages.timeline import Timeline
 
 if TYPE_CHECKING:
@@ -115,6 +117,7 @@ class Launch:
         items: int | tuple[int, int],
         local: tuple[int, ...],
         arguments: Mapping[str, Any],
+        loaded: set[Any],
     ) -> None:
         self.stage = stage
         self._device = device
@@ -122,6 +125,8 @@ class Launch:
         self._position = {p.name: (i, p) for i, p in enumerate(parameters)}
         self._held: dict[str, Any] = {}  # buffers stay alive as long as the launch
         self._local = local
+        self._loaded = loaded  # of the program: names and group sizes that have run
+        self._key = (kernel.function_name, local)
         self.items = items
         missing = sorted(set(self._position) - set(arguments))
         if missing:
@@ -187,6 +192,9 @@ class Launch:
     def __call__(self, timeline: Timeline) -> Any:
         """Enqueue; never waits. Returns the event, which `timeline` also keeps under the launch's stage."""
         cl = self._device.cl
+        if self._key not in self._loaded:
+            self._loaded.add(self._key)
+            self._device.loads()
         event = cl.enqueue_nd_range_kernel(
             self._device.queue, self._kernel, self._global, self._local
         )
@@ -203,6 +211,7 @@ class Program:
         self.kernels = kernel_parameters(source)
         # pyopencl takes 0.2 ms for each new kernel object: those of launches that are gone serve again
         self._spare: dict[str, list[Any]] = {name: [] for name in self.kernels}
+        self._loaded: set[Any] = set()
 
     def launch(
         self,
@@ -233,7 +242,17 @@ class Program:
             local = (self._device.local_size,) + (1,) * (dimensions - 1)
         sizes = (local,) if isinstance(local, int) else tuple(local)
         spare = self._spare[kernel]
-        made = spare.pop() if spare else self._device.cl.Kernel(self._program, kernel)
-        launch = Launch(self._device, made, self.kernels[kernel], stage, items, sizes, arguments)
+        made = spare.pop() if spare else self._made(kernel)
+        launch = Launch(
+            self._device, made, self.kernels[kernel], stage, items, sizes, arguments, self._loaded
+        )
         weakref.finalize(launch, spare.append, made).atexit = False
         return launch
+
+    def _made(self, kernel: str) -> Any:
+        try:
+            return self._device.cl.Kernel(self._program, kernel)
+        except self._device.cl.Error as error:
+            raise DeviceError(
+                f"{kernel}: expected a kernel that was built, got none: {error}; {caches.damaged()}"
+            ) from None

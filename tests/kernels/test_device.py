@@ -431,7 +431,7 @@ def test_wait_reports_a_command_that_failed(device, monkeypatch):
         def finish(self):
             raise device.cl.RuntimeError("clFinish", -5)
 
-    monkeypatch.setattr(device, "queue", Queue())
+    monkeypatch.setattr(device, "_queue", Queue())
     with pytest.raises(DeviceError, match="a command failed on"):
         device.wait()
 
