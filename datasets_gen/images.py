@@ -15,15 +15,17 @@ from lodbench.datasets_gen.surfaces import GeometryImage
 KEYS = ("positions", "normals")
 
 
-def read_geometry_image(path: str | os.PathLike[str]) -> GeometryImage:
+def read_geometry_image(path: str | os.PathLike[str], data: bytes | None = None) -> GeometryImage:
     """The image in an .npz file: positions and normals, (2^n + 1, 2^n + 1, 3) each.
+
+    With `data` these are the bytes of the file, and `path` is its name in errors.
 
     Raises:
         FileError: no such file, truncated, a key missing, a wrong shape, NaN.
     """
     path = Path(path)
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with np.load(path if data is None else io.BytesIO(data), allow_pickle=False) as archive:
             missing = [key for key in KEYS if key not in archive]
             if missing:
                 raise ValueError(f"expected the keys {', '.join(KEYS)}, got {sorted(archive)}")
@@ -45,8 +47,13 @@ def write_geometry_image(path: str | os.PathLike[str], image: GeometryImage) -> 
     path = Path(path)
     if path.suffix.lower() != ".npz":
         raise FileError(f"{path}: expected the suffix .npz, got {path.suffix!r}")
+    with replacing(path) as stream:
+        stream.write(geometry_image_bytes(image))
+
+
+def geometry_image_bytes(image: GeometryImage) -> bytes:
+    """The .npz file of an image."""
     packed = io.BytesIO()
     origin = {} if image.origin is None else {"origin": image.origin}
     np.savez_compressed(packed, positions=image.positions, normals=image.normals, **origin)
-    with replacing(path) as stream:
-        stream.write(packed.getvalue())
+    return packed.getvalue()

@@ -28,6 +28,8 @@ _BYTE_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": 
 _UVS = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))
 _NORMALS, _COLOURS = ("nx", "ny", "nz"), ("red", "green", "blue")
 _TAGS = ("sharpness", "bias", "tension")
+ATTRIBUTES = {"normals": (_NORMALS,), "uvs": _UVS, "colours": (_COLOURS,), "tags": (_TAGS,)}
+"""Properties of vertices that come along, any one set of each."""
 
 
 class _Property(NamedTuple):
@@ -39,7 +41,7 @@ class _Property(NamedTuple):
 Properties = tuple[_Property, ...]
 
 
-def _header(data: bytes) -> tuple[str, dict[str, tuple[int, Properties]], int]:
+def header(data: bytes) -> tuple[str, dict[str, tuple[int, Properties]], int]:
     """Encoding; count and properties of each element, in file order; where the body starts."""
     end = data.find(b"end_header")
     body = data.find(b"\n", end) + 1
@@ -150,7 +152,7 @@ def _fans(rows: Rows, name: str) -> NDArray[np.int64]:
 
 def ply_counts(data: bytes) -> tuple[int, int]:
     """Vertices and faces that a PLY header declares; `data` is the start of a file, 64 KiB are enough."""
-    _, elements, _ = _header(data[: 1 << 16])
+    _, elements, _ = header(data[: 1 << 16])
     return elements.get("vertex", (0, ()))[0], elements.get("face", (0, ()))[0]
 
 
@@ -163,7 +165,7 @@ def parse_ply(data: bytes) -> TriangleMesh:
     Raises:
         ValueError: not PLY, truncated, no vertices declared, or a bad value.
     """
-    encoding, elements, at = _header(data)
+    encoding, elements, at = header(data)
     kinds = {p.name: p.kind for p in elements.get("vertex", (0, ()))[1]}
     if not {"x", "y", "z"} <= set(kinds):
         raise ValueError("expected vertices with x, y and z, got none: no mesh in it")
@@ -222,10 +224,10 @@ def ply_file(mesh: TriangleMesh) -> bytes:
     faces["count"], faces["corners"] = 3, mesh.triangles
     words = {"f": "float", "d": "double", "B": "uchar"}
     properties = [f"property {words[v.dtype.char]} {name}" for name, v in columns.items()]
-    header = [
+    head = [
         "ply", "format binary_little_endian 1.0",
         f"element vertex {mesh.vertex_count}", *properties,
         f"element face {mesh.triangle_count}", "property list uchar int vertex_indices",
         "end_header",
     ]  # fmt: skip
-    return "\n".join([*header, ""]).encode() + vertices.tobytes() + faces.tobytes()
+    return "\n".join([*head, ""]).encode() + vertices.tobytes() + faces.tobytes()

@@ -44,15 +44,33 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
             NaN or infinity, an index out of range. No triangles is no error.
     """
     path = Path(path)
-    read = _checked_suffix(path, _READERS)
+    check_suffix(path)
+    return parse_mesh(file_bytes(path), path)
+
+
+def file_bytes(path: Path) -> bytes:
+    """The whole file.
+
+    Raises:
+        FileError: no such file, a folder, one that cannot be read.
+    """
     try:
-        data = path.read_bytes()
+        return path.read_bytes()
     except FileNotFoundError:
         raise FileError(f"{path}: no such file") from None
     except IsADirectoryError:
         raise FileError(f"{path}: expected a file, got a folder") from None
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def parse_mesh(data: bytes, path: Path) -> TriangleMesh:
+    """The mesh in the bytes of a file; errors, suffix and what a glTF names beside itself come from its path.
+
+    Raises:
+        FileError: as `read_mesh`.
+    """
+    read = _checked_suffix(path, _READERS)
     if not data:
         raise FileError(f"{path}: the file is empty (0 bytes)")
     try:
@@ -80,17 +98,27 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
     """
     path = Path(path)
     check_writable(path)
-    with _quiet():
-        data = WRITERS[path.suffix.lower()](mesh)
+    data = mesh_bytes(mesh, path.suffix)
     with replacing(path) as stream:
         stream.write(data)
+
+
+def mesh_bytes(mesh: TriangleMesh, suffix: str) -> bytes:
+    """The file of that suffix, see `write_mesh`."""
+    with _quiet():
+        return WRITERS[suffix.lower()](mesh)
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
     """Raise FileError where `write_mesh(path, ...)` could not work: call it before long work."""
     path = Path(path)
-    _checked_suffix(path, WRITERS)
+    check_suffix(path)
     check_replaceable(path)
+
+
+def check_suffix(path: Path) -> None:
+    """Raise FileError where the suffix is none of `SUFFIXES`."""
+    _checked_suffix(path, WRITERS)
 
 
 def check_replaceable(path: Path) -> None:

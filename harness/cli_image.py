@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from lodbench.harness.cli import DeviceOption, JsonOption, QuietOption, app, say, say_json
-from lodbench.harness.cli_mesh import InArgument, input_mesh
+from lodbench.harness.cli import DeviceOption, JsonOption, QuietOption, app
+from lodbench.harness.cli_files import InArgument, Target, read_source
 from lodbench.harness.progress import Progress
 
 
@@ -17,7 +17,10 @@ from lodbench.harness.progress import Progress
 def geometry_image(
     source: InArgument,
     out: Annotated[
-        Path, typer.Argument(metavar="OUT", help="Where positions and normals go: NPZ.")
+        Path,
+        typer.Argument(
+            metavar="OUT", help="Where positions and normals go: NPZ; - for standard output."
+        ),
     ],
     level: Annotated[
         int, typer.Option("--level", "-n", min=1, max=11, help="(2^n + 1)^2 samples.")
@@ -37,16 +40,20 @@ def geometry_image(
     """A closed mesh of genus 0 as a square image of positions and normals.
 
     Example: lodbench geometry-image scan.ply scan.npz --level 9 --png
+
+    Piped: lodbench geometry-image scan.ply - | lodbench simplify - small.ply -n 5000
     """
-    from lodbench.datasets_gen import images, read
+    from lodbench.datasets_gen import images
     from lodbench.kernels import Device
     from lodbench.kernels.geometry_image.parameterisation import as_pictures, make
     from lodbench.kernels.image import write_png
 
-    if out.suffix.lower() != ".npz":
-        raise ValueError(f"OUT: expected a name that ends in .npz, got {out}")
-    read.check_replaceable(out)
-    mesh = input_mesh(source)
+    target = Target(out)
+    if png and target.piped:
+        raise ValueError("png: expected OUT to be a file, pictures stand beside it, got -")
+    target.check(".npz")
+    found = read_source(source).triangles()
+    mesh = found.surface
     opened = Device.open(device)
     started = time.perf_counter()
     with Progress(1.0, quiet or json_output) as progress:
@@ -63,20 +70,21 @@ def geometry_image(
                 reached = share
 
         made = make(mesh, level, mode, seed, device=opened, cache=cache, progress=report)
-    images.write_geometry_image(out, made.image)
+    target.write(images.geometry_image_bytes(made.image))
+    lost = target.lost(found, {"normals"}, json_output)
     if png:
         for picture, ending in zip(as_pictures(made.image), ("", "_normals"), strict=True):
             write_png(out.with_name(f"{out.stem}{ending}.png"), picture)
     side = made.image.positions.shape[0]
     facts = {
         "out": out, "triangles_in": mesh.triangle_count, "side": side, "mode": mode,
-        "from_cache": made.spherical.from_cache, "flipped": made.spherical.flipped,
+        "from_cache": made.spherical.from_cache, "flipped": made.spherical.flipped, "lost": lost,
         "degree": made.spherical.degree, "wall_s": time.perf_counter() - started, **made.seconds,
     }  # fmt: skip
     if json_output:
-        say_json(facts)
+        target.say_json(facts)
     elif not quiet:
-        say(
+        target.say(
             f"{out}: {mesh.triangle_count:,} triangles as {side} x {side} samples, "
             f"{facts['wall_s']:.1f} s{' (sphere from cache)' if facts['from_cache'] else ''}"
         )

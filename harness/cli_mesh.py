@@ -9,42 +9,15 @@ from typing import Annotated, Any
 import typer
 
 from lodbench.harness.cli import DeviceOption, JsonOption, QuietOption, app, say, say_json, say_rows
-
-InArgument = Annotated[
-    Path,
-    typer.Argument(
-        metavar="IN",
-        help="A mesh: PLY, OBJ, STL, OFF ...; a geometry image: NPZ; or a dataset's name.",
-    ),
-]
-OutArgument = Annotated[Path, typer.Argument(metavar="OUT", help="Where the result goes.")]
-
-
-def input_surface(path: Path) -> Any:
-    """The mesh or geometry image in a file; or, where there is no such file, the dataset of that name."""
-    from lodbench.datasets_gen import catalogue, images, read
-    from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
-
-    if path.suffix.lower() == ".npz":
-        return images.read_geometry_image(path)
-    if path.exists() or path.suffix or len(path.parts) > 1:
-        return read.read_mesh(path)
-    surface = catalogue.load(str(path)).surface
-    if not isinstance(surface, TriangleMesh | GeometryImage):
-        raise ValueError(f"IN: expected triangles, got {type(surface).__name__} of {path}")
-    return surface
-
-
-def input_mesh(path: Path) -> Any:
-    """`input_surface` as triangles: a geometry image gives all of its own."""
-    from lodbench.datasets_gen.surfaces import GeometryImage
-
-    surface = input_surface(path)
-    if not isinstance(surface, GeometryImage):
-        return surface
-    from lodbench.kernels.geometry_image.parameterisation import full_mesh  # half a second
-
-    return full_mesh(surface)
+from lodbench.harness.cli_files import (
+    FormatOption,
+    InArgument,
+    MeshTarget,
+    OutArgument,
+    Source,
+    Target,
+    read_source,
+)
 
 
 def _cells(text: str | None) -> Any:
@@ -60,25 +33,29 @@ def _cells(text: str | None) -> Any:
 
 
 def _finish(
-    result: Any, source: Any, out: Path, started: float, json_output: bool, quiet: bool
+    result: Any,
+    source: Source,
+    target: MeshTarget,
+    started: float,
+    json_output: bool,
+    quiet: bool,
 ) -> None:
-    from lodbench.datasets_gen import read
-
-    read.write_mesh(out, result.mesh)
+    lost = target.write_mesh(result.mesh, source, json_output)
     facts = {
-        "out": out,
-        "triangles_in": source.triangle_count,
+        "out": target.path,
+        "triangles_in": source.surface.triangle_count,
         "triangles_out": result.mesh.triangle_count,
-        "vertices_in": source.vertex_count,
+        "vertices_in": source.surface.vertex_count,
         "vertices_out": result.mesh.vertex_count,
+        "lost": lost,
         "wall_s": time.perf_counter() - started,
         "counters": dict(result.counters),
     }
     if json_output:
-        say_json(facts)
+        target.say_json(facts)
     elif not quiet:
-        say(
-            f"{out}: {facts['triangles_in']:,} -> {facts['triangles_out']:,} triangles, "
+        target.say(
+            f"{target.path}: {facts['triangles_in']:,} -> {facts['triangles_out']:,} triangles, "
             f"{facts['vertices_in']:,} -> {facts['vertices_out']:,} points, {facts['wall_s']:.2f} s"
         )
 
@@ -105,6 +82,7 @@ def simplify(
             "for geometry images.",
         ),
     ] = None,
+    form: FormatOption = None,
     device: DeviceOption = None,
     json_output: JsonOption = False,
     quiet: QuietOption = False,
@@ -112,22 +90,24 @@ def simplify(
     """Fewer triangles of the same shape.
 
     Example: lodbench simplify scan.ply small.ply --target-reduction 0.9
+
+    Piped: lodbench simplify - - --format obj -r 0.9 < scan.ply > small.obj
     """
-    from lodbench.datasets_gen import read
     from lodbench.datasets_gen.surfaces import GeometryImage
     from lodbench.kernels import Device, simplify_mesh
 
     grid = _cells(cells)
-    read.check_writable(out)
-    surface = input_surface(source)
+    target = MeshTarget(out, form)
+    target.check()
+    found = read_source(source)
     opened = Device.open(device)
     started = time.perf_counter()
-    is_image = isinstance(surface, GeometryImage)
+    is_image = isinstance(found.surface, GeometryImage)
     result = simplify_mesh(
-        opened, surface, target_reduction=target_reduction, target_count=target_count, cells=grid,
+        opened, found.surface, target_reduction=target_reduction, target_count=target_count, cells=grid,
         method=method or ("quadtree_lod" if is_image else "quadric_clustering"),
     )  # fmt: skip
-    _finish(result, surface, out, started, json_output, quiet)
+    _finish(result, found, target, started, json_output, quiet)
 
 
 @app.command()
@@ -147,6 +127,7 @@ def refine(
         float, typer.Option("--waves", help="Of that sine per bounding-box diagonal.")
     ] = 8.0,
     weld: Annotated[bool, typer.Option(help="Share the points on edges between triangles.")] = True,
+    form: FormatOption = None,
     device: DeviceOption = None,
     json_output: JsonOption = False,
     quiet: QuietOption = False,
@@ -154,17 +135,21 @@ def refine(
     """More triangles: each split into segments^2, displaced if wanted.
 
     Example: lodbench refine coarse.obj fine.ply --segments 16
+
+    Piped: lodbench refine - - --segments 4 < coarse.obj > fine.ply
     """
-    from lodbench.datasets_gen import read
     from lodbench.kernels import Device, refine_mesh
 
     extra = {"amplitude": displace, "waves": waves} if displace else {}
-    read.check_writable(out)
-    mesh = input_mesh(source)
+    target = MeshTarget(out, form)
+    target.check()
+    found = read_source(source).triangles()
     opened = Device.open(device)
     started = time.perf_counter()
-    result = refine_mesh(opened, mesh, segments=segments, method=method, weld=weld, **extra)
-    _finish(result, mesh, out, started, json_output, quiet)
+    result = refine_mesh(
+        opened, found.surface, segments=segments, method=method, weld=weld, **extra
+    )
+    _finish(result, found, target, started, json_output, quiet)
 
 
 def _numbers(option: str, text: str, separator: str, kind: type) -> tuple[Any, Any]:
@@ -179,13 +164,19 @@ def _numbers(option: str, text: str, separator: str, kind: type) -> tuple[Any, A
 @app.command()
 def render(
     source: InArgument,
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="Where the picture goes: PNG.")],
+    out: Annotated[
+        Path,
+        typer.Argument(metavar="OUT", help="Where the picture goes: PNG; - for standard output."),
+    ],
     size: Annotated[str, typer.Option("--size", help="Pixels: WIDTHxHEIGHT.")] = "1280x1024",
     camera: Annotated[
         str, typer.Option("--camera", help="AZIMUTH,ELEVATION of the eye, degrees.")
     ] = "30,20",
     colour: Annotated[
-        str, typer.Option("--colour", help="smooth, flat, wireframe or triangle.")
+        str,
+        typer.Option(
+            "--colour", help="smooth, flat, wireframe, triangle, or vertex: the mesh's own."
+        ),
     ] = "smooth",
     wireframe: Annotated[bool, typer.Option("--wireframe", help="Draw the edges too.")] = False,
     cull: Annotated[bool, typer.Option("--cull", help="Leave out faces that turn away.")] = False,
@@ -197,29 +188,33 @@ def render(
     """A picture of a mesh.
 
     Example: lodbench render scan.ply scan.png --camera 120,10 --wireframe
+
+    Piped: lodbench render - - --colour vertex < painted.ply > painted.png
     """
     from lodbench.kernels import Device
-    from lodbench.kernels.image import write_png
+    from lodbench.kernels.image import png_bytes
     from lodbench.kernels.render import render as draw
 
     pixels = _numbers("size", size, "x", int)
     angles = _numbers("camera", camera, ",", float)
-    if out.suffix.lower() != ".png":
-        raise ValueError(f"OUT: expected a name that ends in .png, got {out}")
-    mesh = input_mesh(source)
+    target = Target(out)
+    target.check(".png")
+    mesh = read_source(source).triangles().surface
     opened = Device.open(device)
     started = time.perf_counter()
     image = draw(
         mesh, camera=angles, size=pixels, colour=colour, wireframe=wireframe, cull=cull, up=up,
         device=opened,
     )  # fmt: skip
-    write_png(out, image)
+    target.write(png_bytes(image))
     facts = {"out": out, "triangles_in": mesh.triangle_count, "width": pixels[0],
              "height": pixels[1], "wall_s": time.perf_counter() - started}  # fmt: skip
     if json_output:
-        say_json(facts)
+        target.say_json(facts)
     elif not quiet:
-        say(f"{out}: {mesh.triangle_count:,} triangles, {size} pixels, {facts['wall_s']:.2f} s")
+        target.say(
+            f"{out}: {mesh.triangle_count:,} triangles, {size} pixels, {facts['wall_s']:.2f} s"
+        )
 
 
 datasets = typer.Typer(help="Surfaces to measure on: list, fetch, make.", no_args_is_help=True)
@@ -250,18 +245,22 @@ def list_datasets(json_output: JsonOption = False) -> None:
 def make(
     name: Annotated[str, typer.Argument(help="A name from `lodbench datasets list`.")],
     out: OutArgument,
+    form: FormatOption = None,
 ) -> None:
     """Write a dataset of triangles to a file.
 
     Example: lodbench datasets make torus_20k torus.ply
+
+    Piped: lodbench datasets make torus_20k - | lodbench simplify - small.ply -n 500
     """
-    from lodbench.datasets_gen import catalogue, read
+    from lodbench.datasets_gen import catalogue
 
     catalogue.find(name)
-    read.check_writable(out)
-    mesh = input_mesh(Path(name))
-    read.write_mesh(out, mesh)
-    say(f"{out}: {mesh.triangle_count:,} triangles, {mesh.vertex_count:,} points")
+    target = MeshTarget(out, form)
+    target.check()
+    found = read_source(Path(name)).triangles()
+    target.write_mesh(mesh := found.surface, found)
+    target.say(f"{out}: {mesh.triangle_count:,} triangles, {mesh.vertex_count:,} points")
 
 
 @datasets.command("fetch")

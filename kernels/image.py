@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 from os import PathLike
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,11 @@ def write_png(path: str | PathLike[str], image: Image) -> None:
         ValueError: another shape.
         OSError: the file cannot be written.
     """
+    Path(path).write_bytes(png_bytes(image))
+
+
+def png_bytes(image: Image) -> bytes:
+    """The PNG file of an image; errors as `write_png`."""
     image = np.asarray(image)
     if image.dtype != np.uint8:
         raise TypeError(f"image: expected uint8, got {image.dtype}")
@@ -25,7 +32,9 @@ def write_png(path: str | PathLike[str], image: Image) -> None:
         raise ValueError(f"image: expected (height, width, 3), got shape {image.shape}")
     from PIL import Image as Pillow
 
-    Pillow.fromarray(image).save(path, format="PNG")
+    packed = io.BytesIO()
+    Pillow.fromarray(image).save(packed, format="PNG")
+    return packed.getvalue()
 
 
 def _difference(a: Image, b: Image) -> NDArray[np.float64]:
