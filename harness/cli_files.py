@@ -79,10 +79,13 @@ def read_source(path: Path) -> Source:
         read.check_suffix(path)
         data = read.file_bytes(path)
     else:
-        surface = catalogue.load(str(path)).surface
+        dataset = catalogue.load(str(path))
+        surface, file = dataset.surface, Path(dataset.source)
         if not isinstance(surface, TriangleMesh | GeometryImage):
             raise ValueError(f"IN: expected triangles, got {type(surface).__name__} of {path}")
-        return Source(surface)
+        if file.suffix.lower() not in read.SUFFIXES:
+            return Source(surface)
+        return Source(surface, tuple(contents.extras(read.file_bytes(file), file)))
     if path.suffix == ".npz":
         return Source(images.read_geometry_image(path, data))
     mesh = read.parse_mesh(data, path)

@@ -76,11 +76,10 @@ def _regular_triangles(mesh: Any) -> NDArray[np.integer]:
     """
     try:
         found = np.asarray(mesh.regular_faces)
-    except ValueError:  # polygons of several sizes
-        found = np.zeros((0, 0), np.int64)
-    if found.ndim == 2 and found.shape[1] == 3:
-        return found
-    if getattr(mesh, "n_cells", len(found)) == 0:
-        return np.zeros((0, 3), np.int64)
-    got = f"polygons of {found.shape[1]} corners" if len(found) else "polygons of several sizes"
+    except ValueError:
+        got = "polygons of several sizes"
+    else:
+        if not found.size or found.shape[1] == 3:
+            return found.reshape(-1, 3)
+        got = f"polygons of {found.shape[1]} corners"
     raise ValueError(f"faces: expected triangles, got {got}: call .triangulate() on it first")

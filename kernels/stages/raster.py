@@ -172,7 +172,7 @@ class Raster:
         modes = (("SHARED", self._shared), ("COUNT", self._count))
         colour = 1 if look.by_triangle else 0
         if look.values is not None:
-            colour = 2 + (look.values_of == "vertices") + (look.values.ndim == 2)
+            colour = 4 if look.values.ndim == 2 else 2 + (look.values_of == "vertices")
         shading = {
             "SMOOTH": int(look.smooth and surface.normals is not None),
             "COLOUR": colour,

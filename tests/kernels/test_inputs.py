@@ -121,18 +121,15 @@ class PolyData:
     corners: int = 3
 
     @property
-    def n_cells(self):
-        return 2
-
-    @property
     def regular_faces(self):
         if not self.corners:
             raise ValueError("Faces are not regular")
-        return np.zeros((2, self.corners), np.int64)
+        return np.zeros((2 if self.corners > 2 else 0, self.corners), np.int64)
 
 
 def test_polygons_of_pyvista_are_to_be_triangulated():
     assert as_mesh(PolyData(np.eye(3))).triangle_count == 2
+    assert as_mesh(PolyData(np.eye(3), 1)).triangle_count == 0, "lines or points alone"
     with pytest.raises(ValueError, match=r"polygons of 4 corners: call \.triangulate\(\) on it"):
         as_mesh(PolyData(np.eye(3), 4))
     with pytest.raises(ValueError, match=r"polygons of several sizes: call \.triangulate\(\)"):
