@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_CELLS = 2**27
+FLAT = (
+    2.0**-100
+)  # of the largest cell edge: a thinner axis has one cell, so that nothing over- or underflows
 
 Cells = int | float | tuple[int, int, int]
 
@@ -45,7 +48,8 @@ class Grid:
     """A grid of `counts` cells that starts at the box's lower corner.
 
     A position p in model units becomes q = (p * prescale - low) * inverse, float32, in units of the largest cell
-    edge; its cell along an axis is min(trunc(q * per_axis), count - 1), and the linear number (z * ny + y) * nx + x.
+    edge; its cell along an axis is trunc(q * per_axis), cut to 0 .. count - 1, and the linear number is
+    (z * ny + y) * nx + x.
     `prescale` is a power of two that brings the box near 1, so that no scale over- or underflows; multiplying by it
     is exact, which is why the host and every device decide alike.
 
@@ -55,7 +59,8 @@ class Grid:
         low: box corner times prescale, float32 (3,).
         inverse: units per prescaled model unit, float32.
         unit: prescaled model units per unit, float32.
-        per_axis: cells per unit along x, y, z, float32 (3,); 1 for cubic cells, 0 along a flat axis.
+        per_axis: cells per unit along x, y, z, float32 (3,); 1 for cubic cells, 0 along a flat axis, which is one with
+            cells thinner than 2^-100 of the largest edge.
         extent: the longest box edge in units.
     """
 
@@ -105,7 +110,7 @@ class Grid:
             low=(np.asarray(low, np.float64) * prescale).astype(np.float32),
             inverse=np.float32(min(1.0 / scaled, 3e38)),
             unit=np.float32(scaled),
-            per_axis=np.array([unit / e if e > 0 else 0.0 for e in edges], np.float32),
+            per_axis=np.array([unit / e if e > FLAT * unit else 0.0 for e in edges], np.float32),
             extent=longest / unit,
         )
 
@@ -130,7 +135,7 @@ class Grid:
     def cells_of(self, points: NDArray[np.float32]) -> NDArray[np.int64]:
         """The linear cell number of each of `points`, (n,) int64."""
         steps = (points * self.per_axis).astype(np.int64)
-        x, y, z = np.minimum(steps, np.array(self.counts) - 1).T
+        x, y, z = np.clip(steps, 0, np.array(self.counts) - 1).T
         return (z * self.counts[1] + y) * self.counts[0] + x
 
     def positions(self, points: NDArray[np.floating]) -> NDArray[np.float32]:

@@ -45,7 +45,7 @@ static int clip_polygon(float4 corners[CLIP_CORNERS])
         count = n;
     }
     for (int k = 0; k < count; ++k)
-        if (!(corners[k].w > 0.0f)) return 0;
+        if (!(corners[k].w > 0.0f && corners[k].w < INFINITY)) return 0;
     return count >= 3 ? count : 0;
 }
 

@@ -115,7 +115,8 @@ static inline planes8 scattered_colour(const uint8 id)
 static inline planes8 mapped_colour(__global const float *restrict colour_map, const float8 value)
 {
     uint rows[8];
-    vstore8(convert_uint8(convert_int8(clamp(value, 0.0f, 1.0f) * 255.0f + 0.5f)), 0, rows);
+    // & 255: no value, not even a NaN, names a row outside the map
+    vstore8(as_uint8(convert_int8(clamp(value, 0.0f, 1.0f) * 255.0f + 0.5f)) & 255u, 0, rows);
     float4 c[8];
     for (int k = 0; k < 8; ++k) c[k] = vload4(rows[k], colour_map);
     const planes8 e = {(float8)(c[0].x, c[1].x, c[2].x, c[3].x, c[4].x, c[5].x, c[6].x, c[7].x),

@@ -22,7 +22,7 @@ static inline void screen_store(const float8 px, const float8 py, const float8 p
     code |= ~(x <= guard) & OUTSIDE_RIGHT;
     code |= ~(y >= -guard) & OUTSIDE_TOP;
     code |= ~(y <= guard) & OUTSIDE_BOTTOM;
-    code |= ~(w > 0.0f) & OUTSIDE_NEAR;
+    code |= ~((w > 0.0f) & (w < INFINITY)) & OUTSIDE_NEAR;
     const float8 inverse = 1.0f / w;
     const int8 inside = code == 0;
     const int8 a = screen_round(x * inverse) & inside;

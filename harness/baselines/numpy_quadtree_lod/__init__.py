@@ -26,6 +26,7 @@ from lodbench.kernels.geometry_image.quadtree_lod.reference import (
     node_errors,
     node_states,
 )
+from lodbench.kernels.geometry_image.quadtree_lod.tree import unit_scale
 from lodbench.kernels.geometry_image.quadtree_lod.view import Detail
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, System
@@ -81,10 +82,12 @@ def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) 
         empty = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int))
         return HostPrepared(device, lambda _: empty, lambda m: [m], lambda m: _closed([*m]), setup)
     with setup.host("quadtree"):
-        errors = [e.astype(np.float32) for e in node_errors(pyramid(image, "samples"))]
-    flat = image.positions.reshape(-1, 3)
-    diagonal = float(np.linalg.norm(flat.max(0).astype(np.float64) - flat.min(0)))
-    detail = Detail(float(np.float32(params.threshold * diagonal)))
+        flat = image.positions.reshape(-1, 3).astype(np.float64)
+        diagonal = float(np.linalg.norm(flat.max(0) - flat.min(0)))
+        scale = unit_scale(diagonal)
+        places = [level * np.float32(scale) for level in pyramid(image, "samples")]
+        errors = [e.astype(np.float32) for e in node_errors(places)]
+    detail = Detail(float(np.float32(params.threshold * diagonal * scale)))
     return HostPrepared(
         device,
         lambda _: merge(image, node_states(fine_nodes(errors, [], detail))),

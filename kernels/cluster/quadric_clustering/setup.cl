@@ -57,7 +57,7 @@ __kernel void quadric_clustering_setup_exponents(
         const uint3 v = vload3(t, triangles);
         const float3 a = points[v.x].xyz;
         const float3 m = cross(points[v.y].xyz - a, points[v.z].xyz - a);
-        own[as_uint(length(m) * (1.0f / 6.0f)) >> 23] += 1;
+        own[(as_uint(length(m) * (1.0f / 6.0f)) >> 23) & 255u] += 1;
     }
 }
 

@@ -73,7 +73,8 @@ class QuadtreeLod:
         before = device.used_bytes
         self.tree = Tree(device, image, params.placement, params.measure, setup)
         self._n = self.tree.n
-        self.threshold = params.threshold * self.tree.diagonal
+        self._size = self.tree.diagonal * self.tree.scale  # the diagonal in the tree's units
+        self.threshold = params.threshold * self._size
         self._allocate_output(4**self._n + 2, 2 * 4**self._n)
         with setup.host("build"):
             self._make_frame()
@@ -183,7 +184,7 @@ class QuadtreeLod:
         return int(vertices), int(triangles)
 
     def _search(self, target: int) -> float:
-        """The smallest threshold with at most `target` triangles, among the nodes' own errors; model units."""
+        """The smallest threshold with at most `target` triangles, among the nodes' own errors; the tree's units."""
         nodes = [level.ravel() for level in self.tree.read_errors()[1:-1]]
         errors = np.unique(np.concatenate([*nodes, np.zeros(1, np.float32)]))
         # half-way to the next error, so that neither rounding nor other units change what passes
@@ -238,7 +239,7 @@ class QuadtreeLod:
             "leaves": drawn[-1],
             "n": self._n,
             "samples": self.tree.side**2,
-            "threshold": self.threshold / (self.tree.diagonal or 1.0),
+            "threshold": self.threshold / (self._size or 1.0),
         }
 
     def _output_bytes(self) -> int:

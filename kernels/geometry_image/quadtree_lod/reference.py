@@ -240,8 +240,8 @@ def judge(prepared: QuadtreeLod) -> Check:
     if image is None:
         return Check(mesh.triangle_count == 0, what, float(mesh.triangle_count), 0.0)
     errors = prepared.tree.read_errors()
-    exact = node_errors(prepared.tree.places, prepared.tree.per_area)
-    scale = prepared.tree.diagonal or 1.0
+    exact = node_errors(prepared.tree.scaled_places(), prepared.tree.per_area)
+    scale = prepared.tree.diagonal * prepared.tree.scale or 1.0
     wrong = max(float(np.abs(a - b).max()) for a, b in zip(errors[1:], exact[1:], strict=True))
     if wrong > ERROR_TOLERANCE * scale:
         text = "largest deviation of a node's error, of the diagonal"

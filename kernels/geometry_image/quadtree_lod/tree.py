@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,16 @@ from lodbench.kernels.stages.timeline import Timeline
 FOLDER = "geometry_image/quadtree_lod"
 
 
+def unit_scale(diagonal: float) -> float:
+    """The power of two that brings a model of this bounding-box diagonal near 1, exact in float32."""
+    return math.ldexp(1.0, max(-126, min(126, -math.frexp(diagonal)[1]))) if diagonal > 0 else 1.0
+
+
 class Tree:
     """Uploads the image and makes the tree, level by level, finest first.
+
+    Errors and bounds are in model units times `scale`, a power of two that brings the model near 1: squares of
+    distances neither over- nor underflow, and a model of any size has the same nodes.
 
     ```
     positions, normals  float  [3 * side * side]   the image's samples, row by row, side = 2^n + 1
@@ -42,6 +51,7 @@ class Tree:
         flat = image.positions.reshape(-1, 3)
         self.low, self.high = flat.min(0).astype(np.float64), flat.max(0).astype(np.float64)
         self.diagonal = float(np.linalg.norm(self.high - self.low))
+        self.scale = unit_scale(self.diagonal)
         before = device.used_bytes
         with setup.host("upload"):
             self.positions = device.upload("image", flat)
@@ -52,9 +62,8 @@ class Tree:
         with setup.host("quadtree"):
             rows = np.concatenate([level.reshape(-1, 3) for level in self.places[:-1]])
             self.levels = device.upload("levels", rows)
-            area = (
-                sample_areas(image.positions.astype(np.float64)).sum() if measure == "share" else 0
-            )
+            samples = image.positions.astype(np.float64) * self.scale
+            area = sample_areas(samples).sum() if measure == "share" else 0
             # twins are counted at both ends of a fold, where each has half its area
             self.per_area = 1 / area if area else 0.0
             self.errors = device.allocate("errors", self.texels, np.float32)
@@ -68,23 +77,29 @@ class Tree:
         device.fill(none, "quadtree", self.errors, 0)
         device.fill(none, "quadtree", self.bounds, 0)
         program = device.build(f"{FOLDER}/setup.cl")
+        scaled = self.scaled_places()
+        samples = device.upload("samples", scaled[-1].reshape(-1, 3))
         for depth in reversed(range(self.n)):
             shared: dict[str, Any] = {
-                "positions": self.positions, "depth": depth, "n": self.n, "node_count": 4**depth,
+                "positions": samples, "depth": depth, "n": self.n, "node_count": 4**depth,
                 "stage": "quadtree",
                 "local": 1 if depth < 4 else None,  # few nodes with many samples each: one per group
             }  # fmt: skip
-            corners = device.upload("corners", self.places[depth].reshape(-1, 3))
+            corners = device.upload("corners", scaled[depth].reshape(-1, 3))
             program.launch(
                 "quadtree_lod_setup_error", 4**depth, corners=corners, errors=self.errors,
                 per_area=self.per_area, **shared,
             )(none)  # fmt: skip
             program.launch("quadtree_lod_setup_bound", 4**depth, bounds=self.bounds, **shared)(none)
 
+    def scaled_places(self) -> list[NDArray[np.float32]]:
+        """Per depth, 0 to n, where a level's vertices lie, model units times `scale`."""
+        return [level * np.float32(self.scale) for level in self.places]
+
     def read_errors(self) -> list[NDArray[np.float32]]:
-        """Per depth, 0 to n, the nodes' errors, (2^d, 2^d), row y, column x."""
+        """Per depth, 0 to n, the nodes' errors, (2^d, 2^d), row y, column x; model units times `scale`."""
         return reference.unpack(self._device.read(self.errors), self.n)
 
     def read_bounds(self) -> list[NDArray[np.float32]]:
-        """Per depth, 0 to n - 1, centre and radius of each node's sphere, (2^d, 2^d, 4)."""
+        """Per depth, 0 to n - 1, centre and radius of each node's sphere, (2^d, 2^d, 4); the same units."""
         return reference.unpack_upper(self._device.read(self.bounds).T, self.n)

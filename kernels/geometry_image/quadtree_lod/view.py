@@ -1,4 +1,7 @@
-"""How much detail a frame asks for: one threshold in model units, or a tolerance in pixels for each node."""
+"""How much detail a frame asks for: one threshold for all nodes, or a tolerance in pixels for each.
+
+Lengths are in the tree's units: model units times its `scale`.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +27,8 @@ class Detail:
     """What the filter compares errors with: one threshold, or each node's size on screen.
 
     Attributes:
-        threshold: model units.
-        eye_scale: the eye, and pixels per model unit at distance 1, per pixel of tolerance; a scale of 0 means one
+        threshold: of a node's error.
+        eye_scale: the eye, and pixels per unit at distance 1, per pixel of tolerance; a scale of 0 means one
             threshold for all nodes.
         near_slack: the smallest distance, and what a node's distance gains per depth so that rounding never breaks the
             order along a branch.
@@ -52,23 +55,25 @@ def pixels_per_unit(view: View) -> tuple[float, bool]:
 
 
 def detail_of(tree: Tree, params: Params, threshold: float, view: View | None) -> Detail:
-    """The detail for a frame: from its view, or `threshold`, model units, where there is none or it does not count.
+    """The detail for a frame: from its view, or `threshold` where there is none or it does not count.
 
     Source: Wang et al., section 3.2, step 3 (one threshold for the model, by the viewer's distance); the rule for
     nodes is a reconstruction.
     """
     if view is None or params.view == "none":
         return Detail(_at_most_float32(threshold))
+    unit = tree.scale
     scale, perspective = pixels_per_unit(view)
     if not perspective:
-        return Detail(_at_most_float32(params.pixels / scale))
-    nearest = max(NEAREST * tree.diagonal, float(np.finfo(np.float32).tiny))
-    eye = np.asarray(view.eye, np.float64)
-    apart = float(np.linalg.norm(eye - (tree.low + tree.high) / 2))
+        return Detail(_at_most_float32(params.pixels / scale * unit))
+    diagonal = tree.diagonal * unit
+    nearest = max(NEAREST * diagonal, float(np.finfo(np.float32).tiny))
+    eye = np.asarray(view.eye, np.float64) * unit
+    apart = float(np.linalg.norm(eye - (tree.low + tree.high) * unit / 2))
     if params.view == "global":
-        away = max(apart - tree.diagonal / 2, nearest)
+        away = max(apart - diagonal / 2, nearest)
         return Detail(_at_most_float32(params.pixels * away / scale))
-    slack = SLACK * EPSILON32 * (apart + tree.diagonal)
+    slack = SLACK * EPSILON32 * (apart + diagonal)
     x, y, z, w = (float(np.float32(v)) for v in (*eye, scale / params.pixels))
     return Detail(0.0, (x, y, z, w), (float(np.float32(nearest)), float(np.float32(slack))))
 

@@ -12,8 +12,9 @@ from lodbench.kernels.cluster.quadric_clustering.host import prepare
 from lodbench.kernels.cluster.quadric_clustering.judge import judge
 from lodbench.kernels.cluster.quadric_clustering.reference import KINDS, NO_VERTEX, simplify
 from lodbench.kernels.cluster.quadric_clustering.search import find_cells, prepare_target
-from lodbench.kernels.cluster.quadric_clustering.upload import Upload
+from lodbench.kernels.cluster.quadric_clustering.upload import FOLDER, Upload
 from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import run
 from tests.kernels.cluster.meshes import (
     cube,
@@ -215,6 +216,34 @@ def test_quadric_clustering_at_any_scale_is_finite_and_right(device, scale, offs
     assert np.isfinite(result.positions).all()
     check = prepared.check()
     assert check.passed, f"{check.what}: {check.value} > {check.tolerance}"
+
+
+@pytest.mark.parametrize("thin", [1e-45, 1e-39, 1e-38, 1e-31, 1e-29, 1e-7])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("cells", [(90, 90, 90), (1, 3, 90), 20.5])
+def test_quadric_clustering_of_a_box_thin_beyond_float32_stays_in_its_grid(
+    device, thin, axis, cells
+):
+    points = np.array([[0, 0, 0], [0, 9, 0], [0, 0, 9], [thin, 9, 9]])
+    mesh = TriangleMesh(np.roll(points, axis, axis=1), [[0, 1, 2], [1, 3, 2]])
+    prepared = cluster(device, mesh, cells=cells)
+    assert np.isfinite(prepared.grid.per_axis).all()
+    assert prepared.check().passed
+    (found,) = prepared.result()
+    assert np.isfinite(found.positions).all()
+
+
+def test_no_float_names_a_cell_outside_the_grid(device):
+    # the kernel alone, with factors that no grid has: infinity times nothing is not a number
+    positions = np.array([[0, 0, 0], [1, 1, 1], [-1, -1, -1], [3e38, 3e38, 3e38]], np.float32)
+    ids = device.upload("cell_ids", np.full(4, 7, np.uint32))
+    for factor in (np.inf, -np.inf, np.nan, -1.0, 3e38):
+        device.build(f"{FOLDER}/setup.cl").launch(
+            "quadric_clustering_setup_cells", 1, stage="cells", local=1,
+            positions=device.upload("positions", positions), cell_ids=ids, low=(0, 0, 0, 1),
+            per_axis=(factor, factor, factor, 1), cells=(2, 3, 4, 0), vertex_count=4, chunk_count=1,
+        )(Timeline())  # fmt: skip
+        assert (device.read(ids) < 24).all()
 
 
 def test_quadric_clustering_powers_of_two_scale_the_result_exactly(device):

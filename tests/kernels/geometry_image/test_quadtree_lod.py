@@ -200,6 +200,40 @@ def test_zero_threshold_draws_the_full_image_and_a_huge_one_an_octahedron(device
     assert_closed(coarsest)
 
 
+def scaled(image, exponent):
+    return GeometryImage(image.positions * np.float32(2.0**exponent), image.normals)
+
+
+@pytest.mark.parametrize("exponent", [-100, -60, -40, 40, 80, 120])
+@pytest.mark.parametrize(
+    "params",
+    [
+        Params(threshold=0.01),
+        Params(placement="fitted", measure="share", target_count=700),
+        Params(view="node", pixels=6.0),
+        Params(view="global", pixels=6.0),
+    ],
+    ids=["threshold", "fitted", "node", "global"],
+)
+def test_model_of_any_size_has_the_same_triangles(device, params, exponent):
+    image, size = bumpy_image(5), 2.0**exponent
+    seen = params.pixels == 6.0
+    frames = [Frame(view_from((0, 0.4 * s, 3 * s))) if seen else Frame() for s in (1, size)]
+    one, other = (SYSTEM.prepare(device, i, params) for i in (image, scaled(image, exponent)))
+    expected, found = drawn(device, one, frames[0]), drawn(device, other, frames[1])
+    assert 8 < expected.triangle_count < 2 * 4**5
+    assert_array_equal(found.triangles, expected.triangles)
+    assert_array_equal(found.positions, expected.positions * np.float32(size))
+    assert other.check().passed
+    assert other.counters()["threshold"] == pytest.approx(one.counters()["threshold"], rel=1e-12)
+
+
+@pytest.mark.parametrize("threshold", [float("nan"), float("inf"), -1.0])
+def test_threshold_that_is_no_error_is_refused(threshold):
+    with pytest.raises(ValueError, match="threshold: expected"):
+        Params(threshold=threshold)
+
+
 @pytest.mark.parametrize("view", ["global", "node"])
 def test_fewer_triangles_from_farther_away(device, view):
     prepared = SYSTEM.prepare(device, bumpy_image(6), Params(view=view, pixels=0.5))
@@ -220,7 +254,8 @@ def test_error_on_screen_stays_below_the_tolerance(device):
     for depth, level in enumerate(prepared.states[:-1]):
         chosen = level == reference.DRAWN
         bound = prepared.tree.read_bounds()[depth][chosen].astype(np.float64)
-        away = np.linalg.norm(bound[:, :3] - view.eye, axis=1) - bound[:, 3]
+        eye = view.eye * prepared.tree.scale
+        away = np.linalg.norm(bound[:, :3] - eye, axis=1) - bound[:, 3]
         assert (
             prepared.tree.read_errors()[depth][chosen] * scale <= pixels * away * (1 + 1e-4)
         ).all()
@@ -232,7 +267,7 @@ def test_orthographic_view_has_one_threshold_everywhere(device):
     far = drawn(device, prepared, Frame(view_from((0, 0, 200), orthographic=True)))
     assert near.triangle_count == far.triangle_count
     # half the screen's 480 pixels for every 2 units
-    assert prepared.last.threshold == pytest.approx(2 / HEIGHT * 2)
+    assert prepared.last.threshold == pytest.approx(2 / HEIGHT * 2 * prepared.tree.scale)
 
 
 def test_triangle_mesh_is_laid_out_first(device):
