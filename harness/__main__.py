@@ -1,7 +1,23 @@
-"""`python -m lodbench.harness`: the command line."""
+"""`lodbench` and `python -m lodbench.harness`: Ctrl-C is seen to before anything else is imported."""
 
 import sys
 
-from lodbench.harness.cli import main
+from lodbench.harness import interrupt
 
-sys.exit(main())
+
+def main() -> int:
+    """The command line from start to end; returns the exit code."""
+    interrupt.install()
+    from lodbench.harness import cli
+
+    interrupt.running(True)
+    try:
+        code = cli.main()
+    except KeyboardInterrupt:  # between two lines of the command line itself
+        code = cli.interrupted()
+    interrupt.running(False)
+    return cli.interrupted() if interrupt.pending() else code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -13,6 +13,8 @@ from typing import Annotated, Any
 
 import typer
 
+from lodbench.harness import interrupt
+
 app = typer.Typer(
     name="lodbench",
     help="The level-of-detail systems of the GPU literature as OpenCL kernels, measured against what people would "
@@ -229,9 +231,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     debug = "--debug" in words
     words = [word for word in words if word != "--debug"]
     try:
-        return int(app(words, standalone_mode=False, prog_name="lodbench") or 0)
+        code = int(app(words, standalone_mode=False, prog_name="lodbench") or 0)
+        # typer itself turns Ctrl-C into an exit code
+        return interrupted(debug) if code == interrupt.CODE else code
     except KeyboardInterrupt:
-        return _end(130, "interrupted", debug)
+        return interrupted(debug)
     except Stopped as stopped:
         return _end(stopped.code, str(stopped), debug)
     except BrokenPipeError:
@@ -255,7 +259,14 @@ def _text(error: Exception) -> str:
     return "; ".join(line.strip() for line in text.splitlines() if line.strip())
 
 
+def interrupted(debug: bool = False) -> int:
+    """Say that Ctrl-C ended the command; the exit code."""
+    return _end(interrupt.CODE, "interrupted", debug)
+
+
 def _end(code: int, text: str, debug: bool) -> int:
+    if code == interrupt.CODE:
+        interrupt.over()
     if debug:
         traceback.print_exc()
     typer.echo(f"{'stopped' if code == 130 else 'error'}: {text}", err=True)
