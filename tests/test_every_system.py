@@ -96,6 +96,18 @@ def test_work_group_size_and_core_count_do_not_change_a_bit(device, name):
         assert got == expected, options
 
 
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_result_stands_where_the_input_does(device, name):
+    near = sphere()
+    offset = np.float32(1000)  # no origin: the points are float32 as they come
+    mesh = TriangleMesh(near.positions + offset, near.triangles)
+    prepared = prepare(name, next(iter(SYSTEMS[name].cases)), device, mesh)
+    run(device, prepared)
+    for result in prepared.result():
+        assert result.origin is None
+        assert np.abs(result.positions - offset).max() <= 2 * near.diagonal
+
+
 @pytest.mark.parametrize(("name", "case"), CASES)
 def test_no_triangles_in_no_triangles_out(device, name, case):
     prepared = prepare(name, case, device, TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int)))

@@ -55,7 +55,7 @@ def meshes(points: ArrayLike, faces: ArrayLike) -> list[TriangleMesh]:
     Raises:
         ValueError: not finite, or an index out of range.
     """
-    return [TriangleMesh(np.asarray(points), np.asarray(faces).reshape(-1, 3))]
+    return [TriangleMesh(np.asarray(points, np.float32), np.asarray(faces).reshape(-1, 3))]
 
 
 def used_only(positions: NDArray[np.float32], triangles: NDArray[np.integer]) -> list[TriangleMesh]:

@@ -41,4 +41,4 @@ def grid(image: GeometryImage, cells: int) -> TriangleMesh:
     normals = sampled(image.normals, cells).reshape(-1, 3)[used]
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     unit = np.where(length > 0, normals / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))
-    return TriangleMesh(positions, faces.reshape(-1, 3), unit)
+    return TriangleMesh(positions.astype(np.float32), faces.reshape(-1, 3), unit)
