@@ -1,4 +1,5 @@
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -7,6 +8,7 @@ import time
 
 import pytest
 
+LD = shutil.which("ld")
 SCRIPT = """
 import atexit, os, runpy, signal, sys, time
 
@@ -91,19 +93,26 @@ def test_ctrl_c_that_is_ignored_stays_ignored():
     assert ended(script("--help", module="typer", first=first)) == (0, [])
 
 
-def test_ctrl_c_while_the_driver_compiles_reaches_the_command_and_not_the_linker(tmp_path):
+def test_ctrl_c_while_the_driver_links_reaches_the_command_and_not_the_linker(tmp_path):
     """The whole foreground group gets the signal on a terminal, programs that the driver starts included."""
     (tmp_path / "in.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    linker = tmp_path / "ld"  # the real one, late
+    linker.write_text(
+        f"#!{sys.executable} -IS\nimport os, sys, time\nopen('linking', 'w').close()\ntime.sleep(0.3)\n"
+        f"os.execv({LD!r}, [{LD!r}, *sys.argv[1:]])\n"
+    )
+    linker.chmod(0o755)
     pocl = tmp_path / "pocl"
     with subprocess.Popen(
         [sys.executable, "-m", "lodbench.harness", "refine", "in.off", "out.off"],
         cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True,
-        env={**os.environ, "POCL_CACHE_DIR": str(pocl), "LODBENCH_CACHE": str(tmp_path / "own")},
+        env={**os.environ, "POCL_CACHE_DIR": str(pocl), "PATH": f"{tmp_path}:{os.environ['PATH']}"},
     ) as child:  # fmt: skip
-        while child.poll() is None and not list(pocl.rglob("*.so.o")):
-            time.sleep(0.001)  # the object file of the first kernel: the linker is next
+        while child.poll() is None and not (tmp_path / "linking").exists():
+            time.sleep(0.001)
         os.killpg(child.pid, signal.SIGINT)
         assert child.stderr is not None
         lines = child.stderr.read().splitlines()
     assert (child.returncode, lines) == (130, ["stopped: interrupted"])
+    assert (tmp_path / "linking").exists()
     assert not list(pocl.glob("lodbench-loading-*"))
