@@ -1,5 +1,7 @@
 """The level-of-detail systems as OpenCL kernels, and a few calls that use them on arrays."""
 
+# first: importing it later would put the package where the function `refine` stands
+import lodbench.kernels.refine  # noqa: F401
 from lodbench.kernels.api import Result, refine, refine_mesh, simplify, simplify_mesh
 from lodbench.kernels.device import Device, DeviceError, Unsupported
 from lodbench.kernels.render import render

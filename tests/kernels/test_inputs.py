@@ -1,3 +1,4 @@
+import importlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -145,3 +146,12 @@ def test_volumes_of_pyvista_are_to_be_cut_open():
 
     with pytest.raises(TypeError, match=r"UnstructuredGrid: call \.extract_surface\(\)"):
         as_mesh(UnstructuredGrid())
+
+
+def test_calls_stay_calls_whatever_is_imported():
+    import lodbench.kernels
+
+    importlib.import_module("lodbench.kernels.refine.pattern")
+    importlib.import_module("lodbench.kernels.render")
+    for name in lodbench.kernels.__all__:
+        assert callable(getattr(lodbench.kernels, name)), name
