@@ -6,8 +6,10 @@ import dataclasses
 import importlib.util
 import json
 import os
+import shlex
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -68,13 +70,42 @@ def _child(
 
 
 def cache_folders() -> dict[str, Path]:
-    """Where PoCL, pyopencl and lodbench keep compiled kernels and measured facts."""
+    """Where PoCL and lodbench keep compiled kernels and measured facts."""
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    pocl = Path(os.environ.get("POCL_CACHE_DIR") or base / "pocl" / "kcache")
+    # after a crash a clean one inside is used: see kernels/caches.py, which cannot be imported where numpy is missing
+    clean = max(
+        pocl.glob("lodbench-clean-*"),
+        key=lambda folder: (len(folder.name), folder.name),
+        default=pocl,
+    )
     return {
-        "PoCL": Path(os.environ.get("POCL_CACHE_DIR") or base / "pocl" / "kcache"),
-        "pyopencl": base / "pyopencl",
+        "PoCL": clean,
         "lodbench": Path(os.environ.get("LODBENCH_CACHE") or base / "lodbench"),
     }
+
+
+def cut_short(folder: Path) -> list[Path]:
+    """Compiled kernels whose file ends before its table of sections does; to run one is a bus error."""
+    return [file for file in sorted(folder.rglob("*.so")) if not _whole(file)]
+
+
+def _whole(file: Path) -> bool:
+    data = file.read_bytes()
+    if len(data) < 64:
+        return False
+    if data[:5] != b"\x7fELF\x02":
+        return True  # another system's format
+    (start,), (each, count) = (
+        struct.unpack_from("<Q", data, 40),
+        struct.unpack_from("<HH", data, 58),
+    )
+    return start + each * count <= len(data)
+
+
+def _away(folder: Path) -> str:
+    """The line that puts a damaged cache out of the way."""
+    return f'mv {shlex.quote(str(folder))} "$(mktemp -d)"'
 
 
 def writable(folder: Path) -> str:
@@ -120,20 +151,20 @@ def icds() -> Iterator[Finding]:
 
 
 def caches() -> Iterator[Finding]:
-    variables = {
-        "PoCL": "POCL_CACHE_DIR",
-        "pyopencl": "XDG_CACHE_HOME",
-        "lodbench": "LODBENCH_CACHE",
-    }
+    variables = {"PoCL": "POCL_CACHE_DIR", "lodbench": "LODBENCH_CACHE"}
     for name, folder in cache_folders().items():
         mend = f'export {variables[name]}="$(mktemp -d)"'
         if reason := writable(folder):
-            # PoCL without its cache is no platform at all; pyopencl fails on its first kernel; lodbench does without
+            # PoCL without its cache is no platform at all; lodbench does without
             status = "warn" if name == "lodbench" else "fail"
             yield Finding(f"{name} cache", status, f"{folder}: cannot be written: {reason}", mend)
             continue
         free = shutil.disk_usage(folder).free
-        if free < LOW_SPACE:
+        damaged = cut_short(folder) if name == "PoCL" else []
+        if damaged:
+            detail = f"kernels cut short: {len(damaged)}, such as {damaged[0]}"
+            yield Finding(f"{name} cache", "fail", detail, _away(folder))
+        elif free < LOW_SPACE:
             detail = f"{folder}: only {free >> 20} MB left"
             yield Finding(f"{name} cache", "warn", detail, mend)
         else:
@@ -171,7 +202,10 @@ def opencl() -> Iterator[Finding]:
         detail = "no `ld` on PATH: PoCL calls it for every kernel, and ends the process without it"
         yield Finding("linker", "fail", detail, _linker_line())
     if listed:
-        yield from kernel()
+        found = list(kernel())
+        yield from found
+        if all(finding.status != "fail" for finding in found):
+            yield from own_kernels()
 
 
 def _line_for_no_device() -> str:
@@ -184,17 +218,35 @@ def _line_for_no_device() -> str:
     return pip("pyopencl[pocl]")
 
 
+def _with_fresh_caches(step: str) -> dict[str, Any] | None:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as fresh:
+        names = ("POCL_CACHE_DIR", "XDG_CACHE_HOME", "LODBENCH_CACHE")
+        return _child(step, {name: str(Path(fresh) / name) for name in names})[0]
+
+
+def own_kernels() -> Iterator[Finding]:
+    """The project's kernels, run as they lie in the cache: a damaged one ends its process."""
+    folder = cache_folders()["PoCL"]
+    found, reason = _child("own")
+    if found is not None:
+        detail = f"simplify, refine and render run out of {folder}, {found['seconds']:.2f} s"
+        yield Finding("own kernels", "ok", detail)
+    elif _with_fresh_caches("own") is not None:
+        detail = f"run with fresh caches, not out of {folder}, where some are damaged: {reason}"
+        yield Finding("own kernels", "fail", detail, _away(folder))
+    else:
+        mend = "POCL_DEBUG=error,warning lodbench doctor"
+        yield Finding("own kernels", "fail", reason, mend)
+
+
 def kernel() -> Iterator[Finding]:
     found, reason = _child("kernel")
     if found is None:
         folders = cache_folders()
-        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as fresh:
-            names = ("POCL_CACHE_DIR", "XDG_CACHE_HOME", "LODBENCH_CACHE")
-            again, _ = _child("kernel", {name: str(Path(fresh) / name) for name in names})
-        if again is not None:
+        if _with_fresh_caches("kernel") is not None:
             old = ", ".join(map(str, folders.values()))
             detail = f"works with fresh caches, not with the old ones ({old}): {reason}"
-            mend = 'export POCL_CACHE_DIR="$(mktemp -d)" XDG_CACHE_HOME="$(mktemp -d)"'
+            mend = 'export POCL_CACHE_DIR="$(mktemp -d)" LODBENCH_CACHE="$(mktemp -d)"'
         else:
             detail = reason
             mend = "POCL_DEBUG=error,warning OCL_ICD_DEBUG=7 lodbench doctor"

@@ -3,12 +3,15 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
+import numpy as np
 import pytest
 from rich.console import Console
 
 from lodbench.harness import doctor, doctor_opencl
 from lodbench.harness.doctor import Finding, diagnose, print_report
+from lodbench.kernels import caches
 
 
 def by_what(findings):
@@ -42,6 +45,7 @@ def test_doctor_finds_nothing_wrong_where_the_tests_run(tmp_path):
     found = by_what(findings)
     assert "right numbers" in found["a kernel"].detail
     assert "times as long" in found["built-ins"].detail
+    assert "run out of" in found["own kernels"].detail
     assert {"packages", "driver files", "PoCL cache", "OpenCL loader", "devices"} <= set(found)
     assert {"results folder", "data folder", "extra [report]", "quiet machine"} <= set(found)
     code, text = told(findings)
@@ -119,7 +123,6 @@ def test_doctor_sees_driver_files_that_lead_nowhere(monkeypatch, tmp_path):
     ("variable", "what", "status"),
     [
         ("POCL_CACHE_DIR", "PoCL cache", "fail"),
-        ("XDG_CACHE_HOME", "pyopencl cache", "fail"),
         ("LODBENCH_CACHE", "lodbench cache", "warn"),
     ],
 )
@@ -139,6 +142,27 @@ def test_doctor_warns_of_a_full_disk(monkeypatch, tmp_path):
     assert "MB left" in found.detail
 
 
+def test_doctor_names_kernels_that_are_cut_short(monkeypatch, tmp_path):
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    whole = sorted(Path(np.__file__).parent.rglob("*.so"))[0].read_bytes()
+    (tmp_path / "ones").mkdir()
+    (tmp_path / "ones/ones.so").write_bytes(whole)
+    assert by_what(doctor_opencl.caches())["PoCL cache"].status == "ok"
+    for length in (len(whole) - 1, 100, 0):
+        (tmp_path / "ones/ones.so").write_bytes(whole[:length])
+        found = by_what(doctor_opencl.caches())["PoCL cache"]
+        assert found.status == "fail"
+        assert f"kernels cut short: 1, such as {tmp_path}/ones/ones.so" in found.detail
+        assert found.mend == f'mv {tmp_path} "$(mktemp -d)"'
+
+
+def test_doctor_looks_into_the_clean_folder_that_is_used_after_a_crash(monkeypatch, tmp_path):
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    for generation in (9, 10):
+        (tmp_path / f"{caches.CLEAN}{generation}").mkdir()
+    assert doctor_opencl.cache_folders()["PoCL"] == tmp_path / f"{caches.CLEAN}10"
+
+
 def test_doctor_tells_broken_caches_from_a_broken_driver(monkeypatch):
     good = {
         "device": "d", "driver": "v", "ratio": 1.0, "prelude": False, "seconds": 0.1, "right": True,
@@ -151,7 +175,11 @@ def test_doctor_tells_broken_caches_from_a_broken_driver(monkeypatch):
     (finding,) = doctor_opencl.kernel()
     assert finding.status == "fail"
     assert "works with fresh caches" in finding.detail
-    assert finding.mend.startswith('export POCL_CACHE_DIR="$(mktemp -d)" XDG_CACHE_HOME=')
+    assert finding.mend.startswith('export POCL_CACHE_DIR="$(mktemp -d)"')
+    (finding,) = doctor_opencl.own_kernels()
+    assert finding.status == "fail"
+    assert "some are damaged: ended by SIGSEGV" in finding.detail
+    assert finding.mend.startswith(f"mv {doctor_opencl.cache_folders()['PoCL']} ")
     monkeypatch.setattr(
         doctor_opencl, "_child", lambda step, fresh=None: (None, "ended by SIGSEGV")
     )
