@@ -40,6 +40,8 @@ def _finish(
     json_output: bool,
     quiet: bool,
 ) -> None:
+    from lodbench.kernels.targets import off_target
+
     lost = target.write_mesh(result.mesh, source, json_output)
     facts = {
         "out": target.path,
@@ -54,8 +56,10 @@ def _finish(
     if json_output:
         target.say_json(facts)
     elif not quiet:
+        missed = off_target(result.counters)
         target.say(
-            f"{target.path}: {facts['triangles_in']:,} -> {facts['triangles_out']:,} triangles, "
+            f"{target.path}: {facts['triangles_in']:,} -> {facts['triangles_out']:,} triangles"
+            f"{f' ({missed})' if missed else ''}, "
             f"{facts['vertices_in']:,} -> {facts['vertices_out']:,} points, {facts['wall_s']:.2f} s"
         )
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import lodbench.kernels
 from lodbench.kernels.system import System
+from lodbench.kernels.targets import TARGETS, Target
 
 BASELINES = "lodbench.harness.baselines"
 
@@ -99,6 +100,8 @@ def system(name: str) -> System[Any]:
 def parameters(owner: System[Any], case: str | None, overrides: Mapping[str, Any]) -> Any:
     """A case of `owner` (None: its first) with some fields replaced; lists become tuples.
 
+    At most one target counts: one that is given clears those of the case.
+
     Raises:
         ValueError: no such case or field, or a value that the system's Params refuse.
     """
@@ -110,4 +113,6 @@ def parameters(owner: System[Any], case: str | None, overrides: Mapping[str, Any
         if name not in names:
             raise ValueError(closest(f"parameter of {owner.name}", name, names))
     values = {k: tuple(v) if isinstance(v, list) else v for k, v in overrides.items()}
+    if isinstance(params, Target) and any(values.get(name) is not None for name in TARGETS):
+        values = {name: None for name in TARGETS if name in names} | values
     return dataclasses.replace(params, **values)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -15,8 +14,9 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.device import Device
-from lodbench.kernels.inputs import as_mesh, taken
+from lodbench.kernels.inputs import as_mesh, taken, with_triangles
 from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.targets import given_target
 
 Points = NDArray[np.floating]  # float32 where such came in, else float64
 Faces = NDArray[np.uint32]
@@ -74,27 +74,6 @@ def _method(verb: str, name: str) -> Callable[..., Result]:
     return found
 
 
-def target_triangles(
-    triangle_count: int, target_reduction: float | None, target_count: int | None
-) -> int | None:
-    """The number of triangles asked for, or None when neither was given.
-
-    Raises:
-        ValueError: both given, or out of range.
-    """
-    if target_reduction is not None and target_count is not None:
-        raise ValueError("target_reduction, target_count: expected one of them, got both")
-    if target_reduction is not None:
-        if not 0 <= target_reduction < 1:
-            raise ValueError(
-                f"target_reduction: expected the share removed, 0 to below 1, got {target_reduction}"
-            )
-        return max(1, math.floor(triangle_count * (1 - target_reduction) + 1e-6))
-    if target_count is not None and target_count < 1:
-        raise ValueError(f"target_count: expected at least 1, got {target_count}")
-    return target_count
-
-
 def _placed(result: Result, surface: TriangleMesh | GeometryImage) -> Result:
     """The result about its input's origin; methods work on positions alone."""
     if surface.origin is None:
@@ -118,29 +97,28 @@ def simplify_mesh(
     Args:
         device: an open device, a name for `Device.open`, or None for the default, which stays open.
         mesh: see `as_mesh`; or, with method="quadtree_lod", a `GeometryImage`.
-        target_reduction: share of triangles removed, 0 to below 1; 0.9 leaves a tenth.
-        target_count: triangles left at most; the result has at least 95 % of them, or comes from the nearest grid and
-            says so in `counters`.
+        target_reduction: share of triangles removed, 0 to below 1; 0.9 leaves a tenth, 0 the mesh as it came.
+        target_count: triangles left at most; the result has at least 95 % of them, or `counters` says by how much it
+            misses: `target_gap`, triangles short of `target`, negative where a method can leave no fewer but none.
         cells: cells along the longest box axis (cubic cells), or (nx, ny, nz); at most 2**27 in all.
         method: a system's name, such as "quadric_clustering".
         **options: the method's own, such as placement="average".
 
     Returns:
-        The result; its mesh holds only vertices that a triangle uses.
+        The result; its mesh holds only vertices that a triangle uses, unless it is the mesh as it came.
 
     Raises:
         TypeError, ValueError: an argument is wrong; not exactly one of target_reduction, target_count and cells.
         Unsupported: the device cannot hold the mesh.
     """
     chosen = _method("simplify", method)
-    surface = mesh if isinstance(mesh, GeometryImage) else as_mesh(mesh)
+    surface = mesh if isinstance(mesh, GeometryImage) else with_triangles(as_mesh(mesh))
     if isinstance(surface, GeometryImage) and method != "quadtree_lod":
         raise TypeError(f"method: expected quadtree_lod for a geometry image, got {method!r}")
-    wanted = target_triangles(surface.triangle_count, target_reduction, target_count)
-    if (wanted is None) == (cells is None):
-        got = "none" if cells is None else "more"
-        raise ValueError(f"expected one of target_reduction, target_count and cells, got {got}")
-    result = chosen(open_device(device), surface, target_count=wanted, cells=cells, **options)
+    targets = {"target_reduction": target_reduction, "target_count": target_count, "cells": cells}
+    if given_target(targets) is None:
+        raise ValueError(f"{', '.join(targets)}: expected one of them, got none")
+    result = chosen(open_device(device), surface, **targets, **options)
     return _placed(result, surface)
 
 
@@ -204,7 +182,7 @@ def refine_mesh(
         Unsupported: the device cannot hold the result.
     """
     chosen = _method("refine", method)
-    coarse = as_mesh(mesh)
+    coarse = with_triangles(as_mesh(mesh))
     result = chosen(open_device(device), coarse, segments=segments, weld=weld, **options)
     return _placed(result, coarse)
 

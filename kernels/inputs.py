@@ -27,6 +27,17 @@ def as_mesh(points: Any, faces: Any = None) -> TriangleMesh:
     return taken(points, faces)[0]
 
 
+def with_triangles(mesh: TriangleMesh) -> TriangleMesh:
+    """The mesh itself; one of neither points nor triangles may pass.
+
+    Raises:
+        ValueError: points alone, of which nothing can be made.
+    """
+    if mesh.vertex_count and not mesh.triangle_count:
+        raise ValueError(f"faces: expected triangles, got {mesh.vertex_count:,} points and none")
+    return mesh
+
+
 def taken(points: Any, faces: Any = None) -> tuple[TriangleMesh, type[np.floating]]:
     """`as_mesh`, and what its points are given back in: float32 where such came in, or float64."""
     colours = None

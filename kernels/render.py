@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.api import as_mesh, open_device
+from lodbench.kernels.api import open_device
 from lodbench.kernels.device import Device
+from lodbench.kernels.inputs import as_mesh, with_triangles
 from lodbench.kernels.stages.camera import TABLE_SIZE, fit_points, moved
 from lodbench.kernels.stages.look import Look
 from lodbench.kernels.stages.raster import Raster
@@ -170,7 +171,7 @@ def render(
         TypeError, ValueError: an argument is wrong.
         Unsupported: the device cannot hold the mesh or the image.
     """
-    mesh = as_mesh(points, faces)
+    mesh = with_triangles(as_mesh(points, faces))
     if not isinstance(camera, View):  # seen from near by, where no digits are lost
         view = mesh_view(mesh.with_origin(None), camera or CAMERA, size, up)
     else:

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.device import Unsupported
+from lodbench.harness.baselines.host import HostPrepared
+from lodbench.kernels.cluster.grid import MAX_CELLS, Cells
+from lodbench.kernels.cluster.search import Count, find_cells
+from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check
+from lodbench.kernels.targets import Target, missed
+
+DEFAULT = Target(target_reduction=0.9)
 
 
 def peer(module: str, install: str) -> Any:
@@ -29,24 +36,50 @@ def peer(module: str, install: str) -> Any:
         ) from None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Target:
-    """How far to go: `target_count` triangles at most, or else without `target_reduction` (0 to 1) of the input's."""
+def asked(mesh: TriangleMesh, target: Target) -> int:
+    """Triangles asked of a peer that takes a number of them: a tenth where no target is given."""
+    if target.target_reduction is None and target.target_count is None:
+        target = DEFAULT
+    return target.triangles(mesh.triangle_count) or 0
 
-    target_count: int | None = None
-    target_reduction: float = 0.9
 
-    def __post_init__(self) -> None:
-        if self.target_count is not None and self.target_count < 0:
-            raise ValueError(f"target_count: expected 0 or more, got {self.target_count}")
-        if not 0 <= self.target_reduction <= 1:
-            raise ValueError(f"target_reduction: expected 0 to 1, got {self.target_reduction}")
+def found_grid(
+    mesh: TriangleMesh, params: GridTarget, count: Count, most_cells: int = MAX_CELLS
+) -> tuple[Cells | None, dict[str, int | float]]:
+    """The grid of a peer that has one, and its counters: as given, or searched for where a number is asked for.
 
-    def triangles(self, mesh: TriangleMesh) -> int:
-        """Triangles asked for; never more than there are."""
-        if self.target_count is not None:
-            return min(self.target_count, mesh.triangle_count)
-        return round((1 - self.target_reduction) * mesh.triangle_count)
+    None where the mesh itself is what was asked for, or no grid comes nearer.
+
+    Args:
+        mesh: the input.
+        params: what is asked for.
+        count: how many triangles a grid leaves.
+        most_cells: cells of the finest grid to try, in all.
+    """
+    target = params.triangles(mesh.triangle_count)
+    if target is None:
+        return params.grid_cells, {}
+    low, high = mesh.box
+    found = find_cells(count, high - low, mesh.triangle_count, target, most_cells)
+    counters = {**missed(target, found.triangles), "counting_passes": found.counts}
+    if found.cells is not None:
+        counters["cells_along_longest"] = found.cells
+    return found.cells, counters
+
+
+def unchanged(
+    device: Device, mesh: TriangleMesh, setup: Timeline, counters: Mapping[str, int | float]
+) -> HostPrepared:
+    """The mesh itself where no grid is to be run: the call copies it."""
+    return HostPrepared(
+        device,
+        lambda _: (mesh.positions.copy(), mesh.triangles.copy()),
+        read=lambda output: meshes(*output),
+        judge=at_most(mesh.triangle_count, slack=0.0),
+        setup=setup,
+        input_bytes=mesh.positions.nbytes + mesh.triangles.nbytes,
+        count=lambda _: counters,
+    )
 
 
 def meshes(points: ArrayLike, faces: ArrayLike) -> list[TriangleMesh]:

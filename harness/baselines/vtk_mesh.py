@@ -3,28 +3,88 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.baselines.simplifier import meshes, peer
+from lodbench.harness.baselines.host import HostPrepared
+from lodbench.harness.baselines.simplifier import found_grid, meshes, peer, unchanged
+from lodbench.kernels.cluster.grid import Cells
+from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.device import Device
+from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check
 
 INSTALL = "pip install vtk"
+MOST_CELLS = (
+    2**25
+)  # of a grid that a search tries: one filter keeps 88 bytes for each, occupied or not
 
 
-def divisions(mesh: TriangleMesh, cells: int | tuple[int, int, int]) -> tuple[int, int, int]:
-    """Cells per axis: as given, or an int along the longest axis and as many as make them cubic along the others."""
-    if not isinstance(cells, int):
+def divisions(mesh: TriangleMesh, cells: Cells) -> tuple[int, int, int]:
+    """Cells per axis: as given, or an int along the longest axis and as many as make them cubic along the others.
+
+    The filters divide the box evenly, so a number that is not an int is rounded, up along x and less far along y and
+    z: one axis changes at a time, and a search comes nearer to its count.
+    """
+    if isinstance(cells, tuple | list):
         return cells
     low, high = mesh.box
     extent = high - low
     longest = float(extent.max())
     if longest == 0:
         return (1, 1, 1)
-    x, y, z = np.clip(np.ceil(extent / longest * cells - 1e-6), 1, None).astype(int).tolist()
+    less = 0.0 if isinstance(cells, int) else np.array([0, 1, 2]) / 3
+    along = np.ceil(extent / longest * cells - less - 1e-6)
+    x, y, z = np.clip(along, 1, None).astype(int).tolist()
     return (x, y, z)
+
+
+def prepare(
+    device: Device, mesh: TriangleMesh, params: GridTarget, grid_filter: Any, index_bits: int
+) -> HostPrepared:
+    """A filter with a grid: its input set and its grid found; the call runs it anew.
+
+    Where a number of triangles is asked for, the search runs the filter itself, timed apart as "search".
+    """
+    setup = Timeline()
+    with setup.host("upload"):
+        data = poly_data(mesh, index_bits)
+    grid_filter.SetInputData(data)
+    grid_filter.AutoAdjustNumberOfDivisionsOff()
+    use_threads(device.facts.compute_units)
+
+    def call(_: Any) -> Any:
+        use_threads(device.facts.compute_units)
+        if mesh.triangle_count:  # an empty input is an error to VTK
+            grid_filter.Modified()
+            grid_filter.Update()
+        return grid_filter.GetOutput()
+
+    @cache
+    def left(grid: tuple[int, int, int]) -> int:
+        grid_filter.SetNumberOfDivisions(*grid)
+        return call(None).GetNumberOfPolys()
+
+    with setup.host("search"):
+        cells, counters = found_grid(
+            mesh, params, lambda cells, stride: left(divisions(mesh, cells)) // stride, MOST_CELLS
+        )
+    if cells is None:
+        return unchanged(device, mesh, setup, counters)
+    grid = divisions(mesh, cells)
+    grid_filter.SetNumberOfDivisions(*grid)
+    return HostPrepared(
+        device,
+        call,
+        read=read,
+        judge=one_vertex_per_cell(mesh, grid),
+        setup=setup,
+        input_bytes=data.GetActualMemorySize() * 1024,
+        count=lambda _: counters,
+    )
 
 
 def poly_data(mesh: TriangleMesh, index_bits: int) -> Any:

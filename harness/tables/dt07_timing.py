@@ -23,7 +23,7 @@ from lodbench.harness.tables import (
 )
 from lodbench.harness.timing import log_slope, summary
 from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.cluster.quadric_clustering.search import find_cells
+from lodbench.kernels.cluster.quadric_clustering.host import search_cells
 from lodbench.kernels.cluster.quadric_clustering.upload import Upload
 
 REDUCTION = 0.9
@@ -53,7 +53,7 @@ PASSES = ("pass_1", "pass_2", "pass_3")
 def searched_cells(context: Context) -> dict[str, Any]:
     """The grid that removes about 90 % of the triangles, found by counting passes outside the timed frames."""
     count = round((1 - REDUCTION) * context.surface.triangle_count)
-    return {"cells": find_cells(Upload(context.device, context.surface), count).cells}
+    return {"cells": search_cells(Upload(context.device, context.surface), count).cells}
 
 
 def same_cells(context: Context) -> dict[str, Any]:

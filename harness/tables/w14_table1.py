@@ -21,7 +21,7 @@ from lodbench.harness.tables import (
     ratios,
 )
 from lodbench.harness.timing import summary
-from lodbench.kernels.cluster.quadric_clustering.search import find_cells
+from lodbench.kernels.cluster.quadric_clustering.host import search_cells
 from lodbench.kernels.cluster.quadric_clustering.upload import Upload
 
 DATASET = "bunny_closed_70k"
@@ -61,7 +61,7 @@ def same_count_image(context: Context) -> dict[str, Any]:
 def near_cells(context: Context) -> dict[str, Any]:
     """The grid whose cells leave about as many triangles, found by counting passes."""
     wanted = same_count(context)["target_count"]
-    return {"cells": find_cells(Upload(context.device, context.surface), wanted).cells}
+    return {"cells": search_cells(Upload(context.device, context.surface), wanted).cells}
 
 
 def groups(quick: bool) -> list[Group]:

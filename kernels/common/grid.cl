@@ -44,11 +44,11 @@ static inline grid_points8 grid_scale8(const grid_points8 p, const float4 low, c
 }
 
 // clamped: a vertex on the far face of the box belongs to the last cell, not to one past it, and whatever float comes
-// in, no cell outside the grid is named
+// in, no cell outside the grid is named; limits are vectors, since Oclgrind reads lanes of a scalar one
 static inline int8 grid_cell8(const grid_points8 q, const float4 per_axis, const uint4 cells)
 {
-    const int8 x = clamp(convert_int8(q.x * per_axis.x), 0, (int)cells.x - 1);
-    const int8 y = clamp(convert_int8(q.y * per_axis.y), 0, (int)cells.y - 1);
-    const int8 z = clamp(convert_int8(q.z * per_axis.z), 0, (int)cells.z - 1);
+    const int8 x = clamp(convert_int8(q.x * per_axis.x), (int8)0, (int8)((int)cells.x - 1));
+    const int8 y = clamp(convert_int8(q.y * per_axis.y), (int8)0, (int8)((int)cells.y - 1));
+    const int8 z = clamp(convert_int8(q.z * per_axis.z), (int8)0, (int8)((int)cells.z - 1));
     return (z * (int)cells.y + y) * (int)cells.x + x;
 }

@@ -132,7 +132,7 @@ def test_render_leaves_out_faces_that_turn_away(device):
 
 @pytest.mark.parametrize(
     ("points", "faces"),
-    [(np.zeros((0, 3)), np.zeros((0, 3), int)), ([[0, 0, 0]], []), ([[1, 2, 3]] * 3, [[0, 1, 2]])],
+    [(np.zeros((0, 3)), np.zeros((0, 3), int)), ([[1, 2, 3]] * 3, [[0, 1, 2]])],
 )
 def test_render_of_nothing_is_background(device, points, faces):
     assert not covered(render(points, np.reshape(faces, (-1, 3)).astype(int), size=SIZE)).any()

@@ -17,10 +17,11 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
-from lodbench.harness.baselines.simplifier import Target, at_most, meshes, peer
+from lodbench.harness.baselines.simplifier import asked, at_most, meshes, peer
 from lodbench.kernels.device import Device
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import System
+from lodbench.kernels.targets import Target
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +51,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         scale = params.longest_side / side if params.longest_side and side else 1.0
         points = mesh.positions.astype(np.float64) * scale
         faces = mesh.triangles.astype(np.int32)
-    target = params.triangles(mesh)
+    target = asked(mesh, params)
     # below the default the sweeps may end first: then no more is promised than the input's own count
     slack = 0.0 if params.aggressiveness >= 7 else mesh.triangle_count / max(target, 1) - 1
 

@@ -15,10 +15,11 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
-from lodbench.harness.baselines.simplifier import Target, at_most, meshes, peer
+from lodbench.harness.baselines.simplifier import asked, at_most, meshes, peer
 from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import System
+from lodbench.kernels.targets import Target
 
 TRIALS = 14  # halvings of the tolerance's logarithm over six decades: to a thousandth of it
 
@@ -54,7 +55,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         )
     if solid.status() != package.Error.NoError:
         raise Unsupported(f"needs a closed oriented manifold, mesh is {solid.status().name}")
-    target = params.triangles(mesh) if params.tolerance is None else mesh.triangle_count
+    target = asked(mesh, params) if params.tolerance is None else mesh.triangle_count
     with setup.host("search"):
         tolerance = (
             _search(solid, mesh.diagonal, target)

@@ -12,9 +12,10 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
-from lodbench.harness.baselines.simplifier import Target, at_most, peer, used_only
+from lodbench.harness.baselines.simplifier import asked, at_most, peer, used_only
 from lodbench.kernels.device import Device
 from lodbench.kernels.system import System
+from lodbench.kernels.targets import Target
 
 INSTALL = "pip install --pre meshoptimizer"
 
@@ -37,7 +38,7 @@ def prepare(
     package = peer("meshoptimizer", INSTALL)
     points, indices = mesh.positions, mesh.triangles.reshape(-1)
     kept = np.zeros_like(indices)
-    target = params.triangles(mesh)
+    target = asked(mesh, params)
 
     def call(_):
         if not len(indices):

@@ -9,17 +9,21 @@ Source: DeCoro & Tatarchuk 2007, slides 10-17.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
-from lodbench.kernels.cluster.grid import Cells, Grid
+from lodbench.harness.baselines.simplifier import found_grid, unchanged
+from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering import Params as KernelParams
 from lodbench.kernels.cluster.quadric_clustering.judge import judge
 from lodbench.kernels.cluster.quadric_clustering.reference import simplify
+from lodbench.kernels.cluster.survivors import host_survivors
+from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.cluster.unchanged import without_duplicates
 from lodbench.kernels.device import Device
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import System
@@ -28,20 +32,19 @@ _BLOCK = 1 << 14
 
 
 @dataclass(frozen=True)
-class Params:
-    """How to simplify; the words mean what they mean for the kernels.
+class Params(GridTarget):
+    """How far and how to simplify; the words mean what they mean for the kernels.
 
     Attributes:
-        cells: cubic cells along the longest box edge, or (nx, ny, nz).
         placement: "robust", "paper" or "average".
         remove_duplicates: keep only the first of output triangles with the same three vertices.
     """
 
-    cells: Cells = 64
     placement: str = "robust"
     remove_duplicates: bool = False
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         self.kernel()
 
     def kernel(self) -> KernelParams:
@@ -55,7 +58,7 @@ def cluster(mesh: TriangleMesh, params: Params) -> tuple[NDArray[np.float32], ND
     Raises:
         ValueError: more than 2**27 cells.
     """
-    grid = Grid.over(*mesh.box, params.cells)
+    grid = Grid.over(*mesh.box, params.grid_cells)
     points = np.ascontiguousarray(grid.points(mesh.positions).T)
     cells = grid.cells_of(points.T)
 
@@ -163,14 +166,23 @@ def minimum(
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
-    """The mesh as it is: everything happens in the call."""
+    """The mesh as it is, and the grid found: everything else happens in the call."""
+    setup = Timeline()
+    with setup.host("search"):
+        count = host_survivors(mesh, params.remove_duplicates)
+        cells, counters = found_grid(mesh, params, count)
+    if cells is None:
+        kept = without_duplicates(mesh) if params.remove_duplicates else mesh
+        return unchanged(device, kept, setup, counters)
+    params = replace(params, target_reduction=None, target_count=None, cells=cells)
     return HostPrepared(
         device,
         lambda _: cluster(mesh, params),
         read=lambda output: [TriangleMesh(*output)],
         judge=lambda meshes: judge(meshes[0], simplify(mesh, params.kernel())),
-        setup=Timeline(),
+        setup=setup,
         input_bytes=mesh.positions.nbytes + mesh.triangles.nbytes,
+        count=lambda _: counters,
     )
 
 

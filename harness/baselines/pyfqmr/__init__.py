@@ -11,10 +11,11 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
-from lodbench.harness.baselines.simplifier import Target, at_most, meshes, peer
+from lodbench.harness.baselines.simplifier import asked, at_most, meshes, peer
 from lodbench.kernels.device import Device
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import System
+from lodbench.kernels.targets import Target
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +37,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     with setup.host("upload"):
         points = mesh.positions.astype(np.float64)
         faces = mesh.triangles.astype(np.int32)
-    target = params.triangles(mesh)
+    target = asked(mesh, params)
 
     def call(_):
         if target >= len(faces):

@@ -16,28 +16,28 @@ from lodbench.harness.baselines.host import HostPrepared
 from lodbench.kernels.api import simplify_mesh
 from lodbench.kernels.cluster.quadric_clustering import SYSTEM as QUADRIC_CLUSTERING
 from lodbench.kernels.cluster.quadric_clustering import Params as Clustering
+from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.device import Device
 from lodbench.kernels.system import Check, System, Timeline, run
 
+TARGET_COUNTERS = ("target", "target_gap", "counting_passes", "cells_along_longest")
+
 
 @dataclass(frozen=True)
-class Params:
-    """`cells`: along the longest axis, or (nx, ny, nz), for method quadric_clustering."""
-
-    cells: int | float | tuple[int, int, int] = 64
-
-    def __post_init__(self) -> None:
-        Clustering(cells=self.cells)  # refuses what that would refuse
+class Params(GridTarget):
+    """How far method quadric_clustering is to go; a search for the grid is part of the call."""
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     """One call made already, so that those that are timed find everything compiled."""
+    cells = params.cells if params.triangles(mesh.triangle_count) is not None else params.grid_cells
+    asked = {**vars(params), "cells": cells}
     setup = Timeline()
     with setup.host("first_launch"):
-        simplify_mesh(device, mesh, cells=params.cells)
+        simplify_mesh(device, mesh, **asked)
 
     def judge(meshes: Sequence[TriangleMesh]) -> Check:
-        prepared = QUADRIC_CLUSTERING.prepare(device, mesh, Clustering(cells=params.cells))
+        prepared = QUADRIC_CLUSTERING.prepare(device, mesh, Clustering(**asked))
         run(device, prepared)
         (expected,), (got,) = prepared.result(), meshes
         pairs = ((expected.positions, got.positions), (expected.triangles, got.triangles))
@@ -49,11 +49,12 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
 
     return HostPrepared(
         device,
-        lambda _: simplify_mesh(device, mesh, cells=params.cells),
+        lambda _: simplify_mesh(device, mesh, **asked),
         read=lambda result: [result.mesh],
         judge=judge,
         setup=setup,
         input_bytes=mesh.positions.nbytes + mesh.triangles.nbytes,
+        count=lambda result: {k: v for k, v in result.counters.items() if k in TARGET_COUNTERS},
     )
 
 
@@ -63,7 +64,7 @@ SYSTEM = System(
     source="lodbench.kernels.simplify_mesh",
     takes=(TriangleMesh,),
     prepare=prepare,
-    cases={"cells_64": Params(), "cells_30": Params(30)},
+    cases={"cells_64": Params(64), "cells_30": Params(30)},
     runs_on="host",
     notes="wall time of the whole call, transfers included",
 )

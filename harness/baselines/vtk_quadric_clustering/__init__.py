@@ -11,16 +11,15 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines import vtk_mesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import peer
+from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.device import Device
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import System
 
 
 @dataclass(frozen=True)
-class Params:
-    """`cells`: along the longest axis, or (nx, ny, nz); `index_bits`: 32 or 64, of the input's cells."""
+class Params(GridTarget):
+    """A grid, or how many triangles it is to leave; `index_bits`: 32 or 64, of the input's cells."""
 
-    cells: int | tuple[int, int, int] = 64
     index_bits: int = 64
 
 
@@ -30,32 +29,8 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     Raises:
         Unsupported: the package is not installed.
     """
-    filters = peer("vtkmodules.vtkFiltersCore", vtk_mesh.INSTALL)
-    grid = vtk_mesh.divisions(mesh, params.cells)
-    setup = Timeline()
-    with setup.host("upload"):
-        data = vtk_mesh.poly_data(mesh, params.index_bits)
-    quadrics = filters.vtkQuadricClustering()
-    quadrics.SetInputData(data)
-    quadrics.AutoAdjustNumberOfDivisionsOff()
-    quadrics.SetNumberOfDivisions(*grid)
-    vtk_mesh.use_threads(device.facts.compute_units)
-
-    def call(_):
-        vtk_mesh.use_threads(device.facts.compute_units)
-        if mesh.triangle_count:  # an empty input is an error to VTK
-            quadrics.Modified()
-            quadrics.Update()
-        return quadrics.GetOutput()
-
-    return HostPrepared(
-        device,
-        call,
-        read=vtk_mesh.read,
-        judge=vtk_mesh.one_vertex_per_cell(mesh, grid),
-        setup=setup,
-        input_bytes=data.GetActualMemorySize() * 1024,
-    )
+    quadrics = peer("vtkmodules.vtkFiltersCore", vtk_mesh.INSTALL).vtkQuadricClustering()
+    return vtk_mesh.prepare(device, mesh, params, quadrics, params.index_bits)
 
 
 SYSTEM = System(

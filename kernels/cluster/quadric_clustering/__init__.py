@@ -22,7 +22,6 @@ from lodbench.kernels.api import Result
 from lodbench.kernels.cluster.grid import Cells
 from lodbench.kernels.cluster.quadric_clustering.host import QuadricClustering, prepare
 from lodbench.kernels.cluster.quadric_clustering.params import Params
-from lodbench.kernels.cluster.quadric_clustering.search import prepare_target
 from lodbench.kernels.device import Device
 from lodbench.kernels.system import System, run
 
@@ -33,27 +32,23 @@ def simplify(
     device: Device,
     mesh: TriangleMesh,
     *,
+    target_reduction: float | None = None,
     target_count: int | None = None,
     cells: Cells | None = None,
     **options: Any,
 ) -> Result:
     """The simplified mesh, by a number of triangles or by a grid; `options` are those of `Params`.
 
-    With a target, `counters` also holds `target`, `target_gap` (triangles short of it) and `counting_passes`.
+    With a target, `counters` also holds `target`, `target_gap` (triangles short of it, negative where every grid with
+    fewer leaves none at all) and `counting_passes`. Where all triangles are asked for the result is the mesh as it
+    came, points that no triangle uses among them.
     """
-    searched: dict[str, int | float] = {}
-    if target_count is None:
-        prepared = prepare(device, mesh, Params(64 if cells is None else cells, **options))
-    else:
-        prepared, found = prepare_target(device, mesh, target_count, Params(**options))
-        searched = {
-            "target": found.target, "target_gap": found.gap, "counting_passes": found.counts,
-            "cells_along_longest": found.cells,
-        }  # fmt: skip
+    params = Params(cells, target_reduction=target_reduction, target_count=target_count, **options)
+    prepared = prepare(device, mesh, params)
     frame = run(device, prepared)
     simplified = prepared.result()[0]
     return Result(
-        simplified, prepared.vertex_map(), (simplified,), {**prepared.counters(), **searched},
+        simplified, prepared.vertex_map(), (simplified,), dict(prepared.counters()),
         prepared.setup, frame,
     )  # fmt: skip
 
@@ -73,5 +68,6 @@ SYSTEM = System(
         "separate_64": Params(64, strategy="separate"),
         "fixed_point_64": Params(64, accumulate="fixed_point"),
         "no_duplicates_64": Params(64, remove_duplicates=True),
+        "tenth": Params(target_reduction=0.9),
     },
 )

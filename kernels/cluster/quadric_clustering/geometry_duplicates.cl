@@ -9,26 +9,7 @@
 //           chunk_sums  uint[chunk_count]
 //           survivors   uint[3 * triangle_count]
 //           counts      uint[2]                      both: vertices as in total, triangles that stay
-// Needs     common/chunk.cl
-
-#define NO_TRIANGLE 0xFFFFFFFFu
-
-// the three vertices in ascending order
-static inline uint3 duplicates_key(__global const uint *restrict joined, const uint t)
-{
-    const uint3 c = vload3(t, joined);
-    const uint low = min(c.x, min(c.y, c.z)), high = max(c.x, max(c.y, c.z));
-    return (uint3)(low, c.x ^ c.y ^ c.z ^ low ^ high, high);
-}
-
-static inline bool duplicates_same(const uint3 a, const uint3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
-
-static inline uint duplicates_slot(const uint3 key, const uint slot_mask)
-{
-    uint hash = key.x * 0x9E3779B1u ^ key.y * 0x85EBCA77u ^ key.z * 0xC2B2AE3Du;
-    hash = (hash ^ (hash >> 15)) * 0x2C1B3C6Du;
-    return (hash ^ (hash >> 13)) & slot_mask;
-}
+// Needs     common/chunk.cl common/corners.cl
 
 __kernel void quadric_clustering_geometry_duplicates_insert(
     __global const uint *restrict joined,
@@ -42,12 +23,12 @@ __kernel void quadric_clustering_geometry_duplicates_insert(
 
     const uint2 rows = chunk_rows(chunk, chunk_count, total[1]);
     for (uint t = rows.x; t < rows.y; ++t) {
-        const uint3 key = duplicates_key(joined, t);
+        const uint3 key = corners_sorted(vload3(t, joined));
         // at least half of the slots are free, so the walk ends
-        for (uint slot = duplicates_slot(key, slot_mask);; slot = (slot + 1) & slot_mask) {
+        for (uint slot = corners_slot(key, slot_mask);; slot = (slot + 1) & slot_mask) {
             const uint found = atomic_cmpxchg(slots + slot, NO_TRIANGLE, t);
             if (found == NO_TRIANGLE) break;
-            if (duplicates_same(duplicates_key(joined, found), key)) {
+            if (corners_same(corners_sorted(vload3(found, joined)), key)) {
                 atomic_min(slots + slot, t);
                 break;
             }
@@ -70,9 +51,9 @@ __kernel void quadric_clustering_geometry_duplicates_count(
     const uint2 rows = chunk_rows(chunk, chunk_count, total[1]);
     uint count = 0;
     for (uint t = rows.x; t < rows.y; ++t) {
-        const uint3 key = duplicates_key(joined, t);
-        uint slot = duplicates_slot(key, slot_mask);
-        while (!duplicates_same(duplicates_key(joined, slots[slot]), key)) slot = (slot + 1) & slot_mask;
+        const uint3 key = corners_sorted(vload3(t, joined));
+        uint slot = corners_slot(key, slot_mask);
+        while (!corners_same(corners_sorted(vload3(slots[slot], joined)), key)) slot = (slot + 1) & slot_mask;
         flags[t] = slots[slot] == t;
         count += flags[t];
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -16,33 +17,67 @@ from lodbench.kernels.cluster.quadric_clustering.params import Params
 from lodbench.kernels.cluster.quadric_clustering.passes import Passes
 from lodbench.kernels.cluster.quadric_clustering.reference import KINDS, simplify
 from lodbench.kernels.cluster.quadric_clustering.upload import Upload
+from lodbench.kernels.cluster.search import Found, find_cells
+from lodbench.kernels.cluster.survivors import DeviceSurvivors
+from lodbench.kernels.cluster.unchanged import Unchanged, without_duplicates
 from lodbench.kernels.device import Device, DeviceError
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Traffic
+from lodbench.kernels.targets import missed
 
 # launches that this device has compiled; a second subject need not run a frame to warm them
 _warm: WeakKeyDictionary[Device, set[tuple[Any, ...]]] = WeakKeyDictionary()
 
 
-def prepare(device: Device, mesh: TriangleMesh, params: Params) -> QuadricClustering:
-    """The mesh uploaded, and a frame ready to run.
+def prepare(device: Device, mesh: TriangleMesh, params: Params) -> QuadricClustering | Unchanged:
+    """The mesh uploaded, the grid found where a number of triangles is asked for, and a frame ready to run.
+
+    Where all triangles are asked for, or no grid comes nearer, the mesh itself is the result. With a target, `setup`
+    has the stage "search".
 
     Raises:
         ValueError: more than 2**27 cells.
         Unsupported: no room, or no 64-bit atomics where fixed_point asks for them.
     """
-    return QuadricClustering(Upload(device, mesh), params)
+    upload = Upload(device, mesh)
+    asked = params.triangles(mesh.triangle_count)
+    if asked is None:
+        return QuadricClustering(upload, params)
+    found = search_cells(upload, asked, params.remove_duplicates)
+    if found.cells is not None:
+        params = replace(params, target_reduction=None, target_count=None, cells=found.cells)
+        return QuadricClustering(upload, params, found)
+    kept = upload
+    if params.remove_duplicates:
+        kept = Upload(device, without_duplicates(mesh))
+        upload.setup.stage_s |= kept.setup.stage_s
+    counters = {
+        "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
+        "counting_passes": found.counts, **missed(asked, kept.mesh.triangle_count),
+    }  # fmt: skip
+    return Unchanged(device, kept.positions, kept.triangles, upload.setup, counters)
+
+
+def search_cells(upload: Upload, target_count: int, remove_duplicates: bool = False) -> Found:
+    """The grid that leaves at most `target_count` triangles, as `find_cells` says; seconds go to the stage "search"."""
+    with upload.setup.host("search"):
+        count = DeviceSurvivors(
+            upload.device, upload.program, upload.positions, upload.triangles,
+            (upload.low, upload.high), remove_duplicates,
+        )  # fmt: skip
+        return find_cells(count, upload.high - upload.low, upload.mesh.triangle_count, target_count)
 
 
 class QuadricClustering:
-    """One mesh, one grid: `enqueue` leaves the simplified mesh in `output`."""
+    """One mesh, one grid: `enqueue` leaves the simplified mesh in `output`; `found` says how a search got there."""
 
-    def __init__(self, upload: Upload, params: Params) -> None:
+    def __init__(self, upload: Upload, params: Params, found: Found | None = None) -> None:
         device = self._device = upload.device
         self._upload = upload
         self.params = params
+        self._found = found
         self.setup = upload.setup
-        self.grid = Grid.over(upload.low, upload.high, params.cells)
+        self.grid = Grid.over(upload.low, upload.high, params.grid_cells)
         self._ran = False
         before = device.used_bytes
         passes = self._passes = Passes(upload, self.grid, params)
@@ -111,10 +146,19 @@ class QuadricClustering:
         return judge(self.result()[0], simplify(self._upload.mesh, self.params))
 
     def counters(self) -> Mapping[str, int | float]:
-        """Sizes in and out, occupied cells, and how the used cells' representatives were placed."""
+        """Sizes in and out, occupied cells, and how the used cells' representatives were placed.
+
+        With a target also `target`, `target_gap` (triangles short of it, negative where there are more),
+        `counting_passes` and `cells_along_longest`.
+        """
         vertices, triangles = self._live()
         solved = self._device.read(self._passes.solved, self._passes.occupied)[:, 3]
         placed = np.bincount(solved.astype(np.int64), minlength=len(KINDS) + 1)[1:]
+        found: dict[str, int | float] = {}
+        if self._found is not None:
+            found = missed(self._found.target, triangles)
+            found["counting_passes"] = self._found.counts
+            found["cells_along_longest"] = self._found.cells or 0.0
         return {
             "vertices": vertices,
             "triangles": triangles,
@@ -123,6 +167,7 @@ class QuadricClustering:
             "cells": self.grid.cell_count,
             "cells_occupied": self._passes.occupied,
             **{f"placed_{kind}": int(n) for kind, n in zip(KINDS, placed, strict=True)},
+            **found,
         }
 
     def _output_bytes(self) -> int:

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lodbench.kernels.cluster.grid import Cells, check_cells
+from lodbench.kernels.cluster.target import GridTarget
 
 
 @dataclass(frozen=True)
-class Params:
-    """How to simplify.
+class Params(GridTarget):
+    """How far and how to simplify; targets are those of `GridTarget`, and `cells` comes first.
 
     Attributes:
-        cells: cubic cells along the longest box edge (a real number: the last cell is cut), or (nx, ny, nz); at most
-            2**27 in all.
         placement: "robust", the minimum regularised towards the mean of the corners with 1e-3 of the trace, with 1e-2
             and 1e-1 where the step is longer than a cell, else the mean; "paper", the minimum where det(A) > 1e-11 in a
             unit box, else the mean; "average", the mean of the corners.
@@ -23,10 +21,10 @@ class Params:
             64-bit integers and atomics, always in separate passes; "auto": private on a CPU. Each gives the same bits
             on every run; fixed_point also for any order of the triangles.
         chunks: private maps, 1 to 4; the number decides how sums are rounded, so it belongs to the parameters.
-        remove_duplicates: of output triangles with the same three vertices, whichever way they face, keep the first.
+        remove_duplicates: of output triangles with the same three vertices, whichever way they face, keep the first;
+            a target counts what is left.
     """
 
-    cells: Cells = 64
     placement: str = "robust"
     strategy: str = "fused"
     accumulate: str = "auto"
@@ -34,7 +32,7 @@ class Params:
     remove_duplicates: bool = False
 
     def __post_init__(self) -> None:
-        check_cells(self.cells)
+        super().__post_init__()
         for name, allowed in (
             ("placement", ("robust", "paper", "average")),
             ("strategy", ("fused", "separate")),

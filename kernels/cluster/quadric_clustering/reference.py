@@ -43,11 +43,11 @@ class Reference:
 
 
 def simplify(mesh: TriangleMesh, params: Params) -> Reference:
-    """The mesh with one vertex per used cell of the grid.
+    """The mesh with one vertex per used cell of the grid that `params` names; a target is for the search to meet.
 
     Source: DeCoro & Tatarchuk 2007, slides 12, 15 and 17; Lindstrom 2000 for the solve around the mean.
     """
-    grid = Grid.over(*mesh.box, params.cells)
+    grid = Grid.over(*mesh.box, params.grid_cells)
     points32 = grid.points(mesh.positions)
     cells = grid.cells_of(points32)
     points = points32.astype(np.float64)

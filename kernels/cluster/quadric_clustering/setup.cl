@@ -1,13 +1,11 @@
-// Quadric vertex clustering, set-up: the box, how many triangles a grid leaves, and how large the sums can get.
+// Quadric vertex clustering, set-up: the box, and how large the sums can get.
 //
 // Source    none
 // Work      1-D, one item per chunk of vertices or triangles
 // Reads     positions  float[3 * vertex_count]       model units
 //           points     float4[vertex_count]          x y z in units of the largest cell edge
 //           triangles  uint[3 * triangle_count]
-// Writes    cell_ids   uint[vertex_count]            linear cell number, x fastest
-//           survivors  uint[chunk_count]             per chunk: triangles with corners in three cells
-//           boxes      float[48 * chunk_count]       per chunk: eight lower corners x8 y8 z8, then eight upper ones
+// Writes    boxes      float[48 * chunk_count]       per chunk: eight lower corners x8 y8 z8, then eight upper ones
 //           exponents  uint[256 * chunk_count]       per chunk: triangles by the exponent of area / 3
 // Needs     common/chunk.cl common/grid.cl
 
@@ -59,52 +57,4 @@ __kernel void quadric_clustering_setup_exponents(
         const float3 m = cross(points[v.y].xyz - a, points[v.z].xyz - a);
         own[(as_uint(length(m) * (1.0f / 6.0f)) >> 23) & 255u] += 1;
     }
-}
-
-__kernel void quadric_clustering_setup_cells(
-    __global const float *restrict positions,
-    __global uint *restrict cell_ids,
-    const float4 low,
-    const float4 per_axis, // w: units per model unit
-    const uint4 cells,
-    const uint vertex_count,
-    const uint chunk_count)
-{
-    const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count) return;
-
-    const uint2 rows = chunk_rows(chunk, chunk_count, vertex_count);
-    for (uint v = rows.x; v < rows.y; v += 8) {
-        const uint8 cell = as_uint8(grid_cell8(
-            grid_scale8(grid_load8(positions, v, vertex_count), low, per_axis.w), per_axis, cells));
-        if (v + 8 <= vertex_count) {
-            vstore8(cell, 0, cell_ids + v);
-        } else {
-            uint last[8];
-            vstore8(cell, 0, last);
-            for (uint j = 0; j < vertex_count - v; ++j) cell_ids[v + j] = last[j];
-        }
-    }
-}
-
-// every `stride`-th triangle
-__kernel void quadric_clustering_setup_survivors(
-    __global const uint *restrict cell_ids,
-    __global const uint *restrict triangles,
-    __global uint *restrict survivors,
-    const uint stride,
-    const uint sample_count,
-    const uint chunk_count)
-{
-    const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count) return;
-
-    const uint2 rows = chunk_rows(chunk, chunk_count, sample_count);
-    uint count = 0;
-    for (uint i = rows.x; i < rows.y; ++i) {
-        const uint3 v = vload3(i * (size_t)stride, triangles);
-        const uint a = cell_ids[v.x], b = cell_ids[v.y], c = cell_ids[v.z];
-        count += (a != b) & (b != c) & (c != a);
-    }
-    survivors[chunk] = count;
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.survivors import FILE
 from lodbench.kernels.device import Device
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.stages.timeline import Timeline
@@ -34,7 +35,7 @@ class Upload:
             self.positions = device.upload("positions", mesh.positions, np.float32, (None, 3))
             self.triangles = device.upload("triangles", mesh.triangles, np.uint32, (None, 3))
         with self.setup.host("build"):
-            self.program = device.build(*(f"{FOLDER}/{name}.cl" for name in _STAGES))
+            self.program = device.build(*(f"{FOLDER}/{name}.cl" for name in _STAGES), FILE)
         with self.setup.host("box"):
             self.low = self.high = np.zeros(3)
             if mesh.vertex_count:

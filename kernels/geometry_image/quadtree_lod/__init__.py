@@ -15,8 +15,10 @@ GPU, sections 2 and 3, figures 2-4.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.api import Result
@@ -24,6 +26,7 @@ from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image.parameterisation import MODES
 from lodbench.kernels.geometry_image.quadtree_lod.host import QuadtreeLod, prepare
 from lodbench.kernels.system import System, run
+from lodbench.kernels.targets import Target, missed
 
 __all__ = ["Params", "SYSTEM", "QuadtreeLod", "simplify"]
 
@@ -31,8 +34,10 @@ VIEWS = ("global", "node", "none")
 
 
 @dataclass(frozen=True)
-class Params:
-    """How much detail.
+class Params(Target):
+    """How much detail; a target, counted in the triangles of what is given, replaces `threshold`.
+
+    The smallest threshold with at most so many triangles is searched; never fewer than 8 are drawn.
 
     Attributes:
         n: the image made of a triangle mesh has (2^n + 1)^2 samples, 1 to 11; a geometry image brings its own.
@@ -46,7 +51,6 @@ class Params:
         measure: what a node's error is: "distance", the largest of its samples from its triangles, which a tolerance
             in pixels needs; "share", its share of the surface's root mean square error, which gives the smallest such
             error for a number of triangles.
-        target_count: not None: `threshold` is replaced by the smallest with at most so many triangles.
         mode: how a triangle mesh is laid out on the sphere, see `parameterisation`.
         seed: of what is random in that.
         turn: "best" or "identity", how the sphere is turned before it is unfolded.
@@ -59,21 +63,19 @@ class Params:
     view: str = "global"
     placement: str = "samples"
     measure: str = "distance"
-    target_count: int | None = None
     mode: str = MODES[0]
     seed: int = 0
     turn: str = "best"
     cache: bool = True
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not 1 <= self.n <= 11:
             raise ValueError(f"n: expected 1 to 11, got {self.n}")
         if not (math.isfinite(self.threshold) and self.threshold >= 0):
             raise ValueError(f"threshold: expected 0 or more, got {self.threshold}")
         if not (math.isfinite(self.pixels) and self.pixels > 0):
             raise ValueError(f"pixels: expected more than 0, got {self.pixels}")
-        if self.target_count is not None and self.target_count < 1:
-            raise ValueError(f"target_count: expected at least 1, got {self.target_count}")
         for name, allowed in (
             ("view", VIEWS), ("placement", ("samples", "fitted")),
             ("measure", ("distance", "share")), ("mode", MODES), ("turn", ("best", "identity")),
@@ -92,6 +94,7 @@ def simplify(
     device: Device,
     mesh: TriangleMesh | GeometryImage,
     *,
+    target_reduction: float | None = None,
     target_count: int | None = None,
     cells: Any = None,
     **options: Any,
@@ -102,7 +105,9 @@ def simplify(
         device: where it is done.
         mesh: closed, oriented, genus 0; it is laid out on a sphere first, or that is read from the cache. Or a
             finished geometry image.
-        target_count: triangles at most; `counters` gets `target` and `target_gap`. Never fewer than 8 come out.
+        target_reduction: share of the triangles removed; 0 gives a mesh as it came.
+        target_count: triangles at most; a mesh that has no more comes back as it came. With either, `counters` gets
+            `target` and `target_gap`, triangles short of it: negative where fewer than 8 were asked for.
         cells: must be None: this method has no grid.
         **options: see `Params`; `n` defaults to the least level that has as many triangles as the mesh, and with a
             target vertices are fitted and errors are shares.
@@ -112,16 +117,24 @@ def simplify(
     """
     if cells is not None:
         raise ValueError(f"cells: expected None for quadtree_lod, got {cells}")
-    if target_count is not None:
+    asked = Target(target_reduction=target_reduction, target_count=target_count)
+    target = asked.triangles(mesh.triangle_count)
+    if target is not None:
         options = {"placement": "fitted", "measure": "share"} | options
     if isinstance(mesh, TriangleMesh):
         options.setdefault("n", level_for(mesh.triangle_count))
-    prepared = prepare(device, mesh, replace(Params(**options), target_count=target_count))
+    params = Params(target_reduction=target_reduction, target_count=target_count, **options)
+    if isinstance(mesh, TriangleMesh) and target == mesh.triangle_count:
+        same = TriangleMesh(mesh.positions, mesh.triangles)
+        own = np.arange(mesh.vertex_count, dtype=np.uint32)
+        counters = {"vertices": mesh.vertex_count, "triangles": target, **missed(target, target)}
+        return Result(same, own, (same,), counters)
+    prepared = prepare(device, mesh, params)
     frame = run(device, prepared)
     simplified = prepared.result()[0]
     counters = dict(prepared.counters())
-    if target_count is not None:
-        counters |= {"target": target_count, "target_gap": target_count - simplified.triangle_count}
+    if target is not None:
+        counters |= missed(target, simplified.triangle_count)
     return Result(simplified, None, (simplified,), counters, prepared.setup, frame)
 
 

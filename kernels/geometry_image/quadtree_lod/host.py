@@ -35,6 +35,7 @@ def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) 
         Unsupported: no room.
     """
     setup = Timeline()
+    params = params.counted(mesh.triangle_count)
     return QuadtreeLod(device, image_of(device, mesh, params, setup), params, setup)
 
 

@@ -32,6 +32,7 @@ def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) 
     if params.placement != "samples":
         raise Unsupported(f"needs vertices on the samples, got placement={params.placement!r}")
     setup = Timeline()
+    params = params.counted(mesh.triangle_count)
     return SerialTraversal(device, image_of(device, mesh, params, setup), params, setup)
 
 

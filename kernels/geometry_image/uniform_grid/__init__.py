@@ -14,16 +14,16 @@ from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.geometry_image import quadtree_lod
 from lodbench.kernels.geometry_image.uniform_grid.host import prepare
 from lodbench.kernels.system import System
+from lodbench.kernels.targets import Target
 
 
 @dataclass(frozen=True)
-class Params:
-    """Which grid.
+class Params(Target):
+    """Which grid: `cells`, or the most, even, with at most as many triangles as a target says; 8 at the least.
 
     Attributes:
         n: the image made of a triangle mesh has (2^n + 1)^2 samples, 1 to 11; a geometry image brings its own.
         cells: cells along a side, even; None takes the image's own. The grid has 2 * cells^2 triangles.
-        target_count: not None: the most cells, even, with at most so many triangles.
         seed: of the layout on the sphere.
         turn: "best" or "identity", how the sphere is turned before it is unfolded.
         cache: keep the sphere on disk.
@@ -31,17 +31,15 @@ class Params:
 
     n: int = 8
     cells: int | None = None
-    target_count: int | None = None
     seed: int = 0
     turn: str = "best"
     cache: bool = True
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         self.layout()
         if self.cells is not None and (self.cells < 2 or self.cells % 2):
             raise ValueError(f"cells: expected an even number from 2, got {self.cells}")
-        if self.target_count is not None and self.target_count < 8:
-            raise ValueError(f"target_count: expected at least 8, got {self.target_count}")
 
     def layout(self) -> quadtree_lod.Params:
         """The parameters of making the image."""

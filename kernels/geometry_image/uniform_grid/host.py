@@ -30,6 +30,7 @@ def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) 
         Unsupported: no room.
     """
     setup = Timeline()
+    params = params.counted(mesh.triangle_count)
     image = image_of(device, mesh, params.layout(), setup)
     return UniformGrid(device, image, params, setup)
 
@@ -46,7 +47,7 @@ class UniformGrid:
         if image is not None:
             self.cells = params.cells or image.positions.shape[0] - 1
             if params.target_count is not None:
-                self.cells = 2 * (math.isqrt(params.target_count // 2) // 2)
+                self.cells = max(2 * (math.isqrt(params.target_count // 2) // 2), 2)
             with setup.host("store"):
                 self._expected = grid(image, self.cells)
         made = self._expected

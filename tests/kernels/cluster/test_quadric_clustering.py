@@ -1,18 +1,14 @@
-import dataclasses
-
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.cluster.quadric_clustering import Params, QuadricClustering
+from lodbench.kernels.cluster.quadric_clustering import Params
+from lodbench.kernels.cluster.quadric_clustering import simplify as simplify_to
 from lodbench.kernels.cluster.quadric_clustering.host import prepare
 from lodbench.kernels.cluster.quadric_clustering.judge import judge
 from lodbench.kernels.cluster.quadric_clustering.reference import KINDS, NO_VERTEX, simplify
-from lodbench.kernels.cluster.quadric_clustering.search import find_cells, prepare_target
-from lodbench.kernels.cluster.quadric_clustering.upload import FOLDER, Upload
+from lodbench.kernels.cluster.survivors import FILE
 from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import run
@@ -193,7 +189,7 @@ def test_quadric_clustering_no_triangles_in_none_out(device, mesh, way):
     assert (result.vertex_count, result.triangle_count) == (0, 0)
     assert prepared.check().passed
     assert (prepared.vertex_map() == NO_VERTEX).all()
-    assert find_cells(Upload(device, mesh), 10).triangles == 0
+    assert simplify_to(device, mesh, target_count=10).mesh.triangle_count == 0
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -238,8 +234,8 @@ def test_no_float_names_a_cell_outside_the_grid(device):
     positions = np.array([[0, 0, 0], [1, 1, 1], [-1, -1, -1], [3e38, 3e38, 3e38]], np.float32)
     ids = device.upload("cell_ids", np.full(4, 7, np.uint32))
     for factor in (np.inf, -np.inf, np.nan, -1.0, 3e38):
-        device.build(f"{FOLDER}/setup.cl").launch(
-            "quadric_clustering_setup_cells", 1, stage="cells", local=1,
+        device.build(FILE).launch(
+            "cluster_search_cells", 1, stage="cells", local=1,
             positions=device.upload("positions", positions), cell_ids=ids, low=(0, 0, 0, 1),
             per_axis=(factor, factor, factor, 1), cells=(2, 3, 4, 0), vertex_count=4, chunk_count=1,
         )(Timeline())  # fmt: skip
@@ -468,48 +464,6 @@ def test_grid_back_and_forth_is_the_same_point():
     at = np.random.default_rng(1).uniform(low, high, (100, 3)).astype(np.float32)
     # rounded where the longest edge is 1, then at the offset
     assert grid.positions(grid.points(at)) == pytest.approx(at, rel=ROUNDING32, abs=8 * ROUNDING32)
-
-
-@settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
-@given(share=st.floats(0.001, 1.0), rows=st.integers(3, 40))
-def test_search_keeps_to_the_target(device, share, rows):
-    mesh = sphere(rows, 2 * rows)
-    target = int(share * mesh.triangle_count)
-    found = find_cells(Upload(device, mesh), target)
-    assert found.triangles <= target
-    assert found.gap == target - found.triangles
-    if target and found.triangles:
-        prepared = cluster(device, mesh, cells=found.cells)
-        assert prepared.counters()["triangles"] == found.triangles
-    if share > 0.1 and rows > 20:  # a symmetric surface's count rises in steps
-        assert found.triangles >= 0.8 * target
-
-
-def test_search_reports_the_gap_where_no_grid_fits(device):
-    # four faces, or none: nothing in between
-    found = find_cells(Upload(device, tetrahedron()), 3)
-    assert (found.triangles, found.gap, found.met) == (0, 3, False)
-
-
-def test_search_is_timed_apart_and_uploads_once(device):
-    mesh = sphere(40, 80)
-    before = device.used_bytes
-    prepared, found = prepare_target(device, mesh, 1000, Params(placement="average"))
-    assert isinstance(prepared, QuadricClustering)
-    assert 950 <= found.triangles <= 1000
-    assert prepared.params == dataclasses.replace(Params(placement="average"), cells=found.cells)
-    assert {"upload", "search"} <= set(prepared.setup.stage_s)
-    run(device, prepared)
-    assert prepared.result()[0].triangle_count == found.triangles
-    del prepared
-    assert device.used_bytes == before
-
-
-def test_search_refuses_a_negative_target(device):
-    with pytest.raises(ValueError, match="target_count: expected at least 0"):
-        find_cells(Upload(device, sphere()), -1)
 
 
 @pytest.mark.parametrize("axis", range(3))

@@ -62,7 +62,14 @@ def test_check_sees_a_surface_that_does_not_close(device):
     assert check.value > 0
 
 
-@pytest.mark.parametrize("wrong", [{"cells": 3}, {"cells": 0}, {"target_count": 7}, {"n": 0}])
+def test_target_reduction_is_of_what_is_given_and_ends_at_eight(device):
+    image = bumpy_image(4)
+    quarter = SYSTEM.prepare(device, image, Params(target_reduction=0.75))
+    assert quarter.counters()["triangles"] == image.triangle_count / 4
+    assert SYSTEM.prepare(device, image, Params(target_count=3)).counters()["triangles"] == 8
+
+
+@pytest.mark.parametrize("wrong", [{"cells": 3}, {"cells": 0}, {"target_count": 0}, {"n": 0}])
 def test_parameters_out_of_range_are_refused(wrong):
     with pytest.raises(ValueError, match="expected"):
         Params(**wrong)

@@ -10,17 +10,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.gl.driver import assign, build, context
-from lodbench.kernels.cluster.grid import Cells, Grid
+from lodbench.harness.baselines.host import HostPrepared
+from lodbench.harness.baselines.simplifier import found_grid, unchanged
+from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering import Params as KernelParams
 from lodbench.kernels.cluster.quadric_clustering.judge import judge
 from lodbench.kernels.cluster.quadric_clustering.reference import simplify
+from lodbench.kernels.cluster.survivors import host_survivors
+from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, Footprint, Frame, System, Traffic
@@ -31,18 +35,17 @@ RECORD = np.dtype([("point", "3f4"), ("cell", "i4")])
 
 
 @dataclass(frozen=True)
-class Params:
-    """How to simplify; the words mean what they mean for the kernels.
+class Params(GridTarget):
+    """How far and how to simplify; the words mean what they mean for the kernels.
 
     Attributes:
-        cells: cubic cells along the longest box edge, or (nx, ny, nz).
         placement: "robust", "paper" or "average".
     """
 
-    cells: Cells = 64
     placement: str = "robust"
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         KernelParams(self.cells, self.placement)
 
 
@@ -51,10 +54,16 @@ class QuadricClustering:
 
     output: None = None
 
-    def __init__(self, mesh: TriangleMesh, params: Params) -> None:
-        self.setup = Timeline()
-        self._mesh, self._params = mesh, params
-        self._grid = grid = Grid.over(*mesh.box, params.cells)
+    def __init__(
+        self,
+        mesh: TriangleMesh,
+        params: Params,
+        setup: Timeline,
+        counters: Mapping[str, int | float],
+    ) -> None:
+        self.setup = setup
+        self._mesh, self._params, self._searched = mesh, params, counters
+        self._grid = grid = Grid.over(*mesh.box, params.grid_cells)
         with self.setup.host("context"):
             gl = self._gl = context()
         if gl.version_code < 400:
@@ -154,6 +163,7 @@ class QuadricClustering:
             "vertices": mesh.vertex_count,
             "triangles": mesh.triangle_count,
             "cells": self._grid.cell_count,
+            **self._searched,
         }
 
     def footprint(self) -> Footprint:
@@ -168,13 +178,19 @@ class QuadricClustering:
         return {}
 
 
-def prepare(device: Device, mesh: TriangleMesh, params: Params) -> QuadricClustering:
-    """The mesh and the maps in the driver.
+def prepare(device: Device, mesh: TriangleMesh, params: Params) -> QuadricClustering | HostPrepared:
+    """The grid found, and the mesh and the maps in the driver.
 
     Raises:
         Unsupported: no OpenGL 4.0 driver, or a grid too large for its textures.
     """
-    return QuadricClustering(mesh, params)
+    setup = Timeline()
+    with setup.host("search"):
+        cells, counters = found_grid(mesh, params, host_survivors(mesh))
+    if cells is None:
+        return unchanged(device, mesh, setup, counters)
+    params = replace(params, target_reduction=None, target_count=None, cells=cells)
+    return QuadricClustering(mesh, params, setup, counters)
 
 
 SYSTEM = System(

@@ -1,0 +1,32 @@
+"""The targets of a simplifier with a grid: a number of triangles, or the grid itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lodbench.kernels.cluster.grid import Cells, check_cells
+from lodbench.kernels.targets import Target
+
+DEFAULT_CELLS = 64
+
+
+@dataclass(frozen=True)
+class GridTarget(Target):
+    """What is asked for: at most one of the three; 64 cells where none is.
+
+    Attributes:
+        cells: cubic cells along the longest box edge (a real number: the last cell is cut), or (nx, ny, nz); at most
+            2**27 in all.
+    """
+
+    cells: Cells | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.cells is not None:
+            check_cells(self.cells)
+
+    @property
+    def grid_cells(self) -> Cells:
+        """The grid asked for, where no number of triangles is."""
+        return DEFAULT_CELLS if self.cells is None else self.cells
