@@ -202,9 +202,12 @@ def list_devices(json_output: JsonOption = False, keep: FilterOption = None) -> 
 
     Example: lodbench list devices
     """
-    from lodbench.kernels.device import list_devices as found
+    from lodbench.kernels import driver
 
-    rows = [{"index": i, "platform": p, "device": d} for i, p, d, _ in found()]
+    found = driver.list_devices()
+    if not found:
+        driver.choose_device("")  # raises what is in the way
+    rows = [{"index": i, "platform": p, "device": d} for i, p, d, _ in found]
     _listing(rows, json_output, keep)
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import atexit
 import contextlib
 import os
+import shutil
 import sys
 import tempfile
 import threading
@@ -27,7 +28,8 @@ except ImportError:  # no such locks on this system: damage stays for `lodbench 
 MARK = "lodbench-loading-"
 CLEAN = "lodbench-clean-"
 SLOW_S = 0.3  # a build takes less where the driver has its kernels already
-ROOM = 1 << 20  # bytes; the kernels of one system take half of it
+ROOM = 1 << 20  # bytes that are tried; the kernels of one system take half of it
+LOW_SPACE = 8 << 20  # bytes left on the disk, less than which the driver might not come through
 
 
 def note(line: str) -> None:
@@ -44,14 +46,15 @@ def pocl_folder() -> Path:
 
 
 def unwritable(folder: Path, size: int = ROOM) -> str:
-    """Why `size` bytes cannot be written there, or ""; the folder is made if need be."""
+    """Why `size` bytes cannot be written there and leave some room, or ""; the folder is made if need be."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder) as file:
             file.write(bytes(size))
     except OSError as error:
         return error.strerror or str(error)
-    return ""
+    free = shutil.disk_usage(folder).free
+    return f"only {free >> 20} MB left" if free < LOW_SPACE else ""
 
 
 def why_no_pocl() -> str:

@@ -48,7 +48,7 @@ class Device:
         self.local_size = min(local_size or LOCAL_SIZE, device.max_work_group_size)
         self._programs: dict[tuple[Any, ...], Program] = {}
         self.is_cpu = bool(device.type & cl.device_type.CPU)
-        self._is_pocl = driver.is_pocl(device)
+        self.is_pocl = driver.is_pocl(device)
         ratio = facts.builtins_ratio(self) if self.is_cpu else 1.0
         self.facts = facts.DeviceFacts(
             name=device.name.strip(),
@@ -124,7 +124,7 @@ class Device:
         joined = "".join(f'#line 1 "{name}"\n{text}\n' for name, text in texts)
         cl = self.cl
         try:
-            with caches.loading() if self._is_pocl else nullcontext():
+            with caches.loading() if self.is_pocl else nullcontext():
                 return cl.Program(self.context, joined).build(options=options.split())
         except cl.Error as error:
             log = [line for line in str(error).splitlines() if "error" in line.lower()]
@@ -295,5 +295,5 @@ class Device:
 
     def loads(self) -> None:
         """A kernel is about to run for the first time here: the driver loads it, and the next wait ends that."""
-        if self._is_pocl:
+        if self.is_pocl:
             caches.mark.begin()

@@ -253,6 +253,7 @@ class Program:
         try:
             return self._device.cl.Kernel(self._program, kernel)
         except self._device.cl.Error as error:
+            why = caches.damaged() if self._device.is_pocl else str(error)
             raise DeviceError(
-                f"{kernel}: expected a kernel that was built, got none: {error}; {caches.damaged()}"
+                f"{kernel}: expected a kernel that was built, got none: {why}"
             ) from None

@@ -56,7 +56,7 @@ def test_wheel_members_are_the_tree(wheel):
 def test_wheel_declares_the_command(wheel):
     archive, _ = wheel
     entry = next(name for name in archive.namelist() if name.endswith("entry_points.txt"))
-    assert "lodbench = lodbench.harness.cli:main" in archive.read(entry).decode()
+    assert "lodbench = lodbench.harness.__main__:main" in archive.read(entry).decode()
 
 
 def test_wheel_runs_from_its_own_folder(wheel, tmp_path):

@@ -1,3 +1,4 @@
+import io
 import os
 import signal
 import subprocess
@@ -167,6 +168,14 @@ def test_full_cache_is_an_error_and_not_an_abort(folder, tmp_path):
     assert f"PoCL's cache folder {folder}: cannot be written: File too large" in line
 
 
+def test_disk_that_is_nearly_full_is_named(monkeypatch, tmp_path):
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    assert caches.why_no_pocl() == ""
+    monkeypatch.setattr(caches, "LOW_SPACE", 1 << 62)
+    assert f"PoCL's cache folder {tmp_path}" in caches.why_no_pocl()
+    assert "MB left; make room" in caches.why_no_pocl()
+
+
 def test_own_cache_that_cannot_be_written_is_named_once(device, monkeypatch, tmp_path, capsys):
     from lodbench.kernels import facts
 
@@ -220,3 +229,19 @@ def test_ctrl_c_does_not_reach_the_threads_that_start_the_linker(device):
         blocked += bool(int(masks["SigBlk"], 16) >> (signal.SIGINT - 1) & 1)
     assert blocked >= device.facts.compute_units
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+def test_long_compiling_is_announced_once_and_on_a_terminal_only(monkeypatch, tmp_path):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(caches, "SLOW_S", 0.01)
+    for stream, lines in ((io.StringIO(), 0), (Terminal(), 1)):
+        monkeypatch.setattr(sys, "stderr", stream)
+        monkeypatch.setattr(caches, "_announced", False)
+        for _ in range(2):
+            with caches.loading():
+                time.sleep(0.1)
+        assert stream.getvalue().count("compiling kernels for this device, once") == lines
