@@ -14,11 +14,13 @@ import re
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import trimesh
 from trimesh.resolvers import FilePathResolver
 
+from lodbench.datasets_gen import files
 from lodbench.datasets_gen.formats import WRITERS
 from lodbench.datasets_gen.order import welded
 from lodbench.datasets_gen.ply import parse_ply
@@ -131,7 +133,7 @@ def check_replaceable(path: Path) -> None:
     if not folder.is_dir():
         raise FileError(f"{path}: no such folder: {folder}")
     try:
-        trial = _beside(path.resolve())
+        trial = files.beside(path.resolve())
         trial.touch(exist_ok=False)
         trial.unlink()
     except OSError as error:
@@ -139,29 +141,13 @@ def check_replaceable(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def replacing(path: Path):
-    """A binary stream to a file beside `path`, which takes its name when all went well.
-
-    On any failure the new file is removed and the old one is untouched.
-    """
-    target = path.resolve()  # through a symbolic link, which stays one
-    fresh = _beside(target)
+def replacing(path: Path) -> Iterator[BinaryIO]:
+    """`files.replacing` whose error is a FileError."""
     try:
-        with fresh.open("xb") as stream:
+        with files.replacing(path) as stream:
             yield stream
-            stream.flush()
-            os.fsync(stream.fileno())
-        if target.exists():
-            fresh.chmod(target.stat().st_mode & 0o777)
-        fresh.replace(target)
     except OSError as error:
         raise FileError(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        fresh.unlink(missing_ok=True)
-
-
-def _beside(target: Path) -> Path:
-    return target.with_name(f".{target.name[:100]}.{os.getpid()}.part")
 
 
 def _checked_suffix(path: Path, known: dict[str, Callable]) -> Callable:

@@ -39,7 +39,7 @@ SamplesOption = Annotated[
 ]
 BudgetOption = Annotated[
     float | None,
-    typer.Option("--time-budget", min=0.0, help="Seconds for the whole run; --resume goes on."),
+    typer.Option("--time-budget", min=0.0, help="Seconds to measure for; --resume goes on."),
 ]
 FilterOption = Annotated[
     str | None, typer.Option("--filter", help="Only what matches this regular expression.")

@@ -50,7 +50,7 @@ def measure(
     quiet: bool,
     options: dict[str, Any],
 ) -> tuple[Path, list[str]]:
-    """Measure these tables' groups into one run folder; returns it and what the time budget left out."""
+    """Measure these tables' groups into one run folder; returns it and what the time budget did not suffice for."""
     from lodbench.harness import limits
     from lodbench.harness.folder import open_folder
     from lodbench.harness.record import read_run
@@ -83,7 +83,8 @@ def _tell_left_out(left_out: Sequence[str], folder: Path) -> None:
     if left_out:
         names = "; ".join(left_out)
         typer.echo(
-            f"the time budget left out {len(left_out)} groups ({names}): go on with --resume --out {folder}",
+            f"the time budget left out or cut short {len(left_out)} groups ({names}): "
+            f"go on with --resume --out {folder}",
             err=True,
         )
 

@@ -8,8 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from lodbench.datasets_gen.files import is_part
 from lodbench.harness.environment import commit, environment, now
 from lodbench.harness.record import RUN, SCHEMA, write_json
+from lodbench.harness.rows import check_free
 from lodbench.kernels.device import Device
 
 RESULTS = Path("results")
@@ -48,20 +50,35 @@ def open_folder(
     if out is not None and (out / RUN).is_file():
         if not resume:
             raise ValueError(f"out: expected a new folder, or --resume, got the run in {out}")
+        check_free(out)
         _take_up(out, device, short)
         return out
-    if out is not None and out.exists() and (not out.is_dir() or any(out.iterdir())):
+    if out is not None and out.exists() and (not out.is_dir() or _holds_something(out)):
         raise ValueError(f"out: expected a new or empty folder, got {out}")
     if out is None:
         day = datetime.date.today().isoformat()
         first = out = RESULTS / device.slug / f"{day}-{short}"
         number = 2
-        while out.exists():
+        while not _made(out):
             out = first.with_name(f"{first.name}-{number}")
             number += 1
     out.mkdir(parents=True, exist_ok=True)
     write_json(out / RUN, {"schema": SCHEMA, **environment(device, dict(options), seed)})
     return out
+
+
+def _made(folder: Path) -> bool:
+    """Make the folder; False where there is one, which may be of a run that began at the same time."""
+    try:
+        folder.mkdir(parents=True)
+    except FileExistsError:
+        return False
+    return True
+
+
+def _holds_something(folder: Path) -> bool:
+    """More than what was left by a run that was killed before it began."""
+    return not all(is_part(path) for path in folder.iterdir())
 
 
 def _take_up(folder: Path, device: Device, commit: str) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import matplotlib
 
+from lodbench.datasets_gen.files import replacing
 from lodbench.harness.charts import CHARTS, Material, looks
 from lodbench.harness.charts.material import FAINT, INK, PAGE
 from lodbench.harness.record import RunRecord, read_run
@@ -122,6 +123,10 @@ def _draw(folder: Path, made: Mapping[str, Any], material: Material) -> Iterator
             folder.mkdir(parents=True, exist_ok=True)
             svg = folder / f"{made['id']}-{kind}.svg"
             png = svg.with_suffix(".png")
-            chart.canvas.savefig(svg, transparent=True, metadata={"Date": None, "Creator": None})
-            chart.canvas.savefig(png, dpi=RESOLUTION, facecolor=PAGE, metadata={"Software": None})
+            nobody: dict[str, Any] = {"metadata": {"Date": None, "Creator": None}}
+            with replacing(svg) as stream:
+                chart.canvas.savefig(stream, format="svg", transparent=True, **nobody)
+            nobody = {"metadata": {"Software": None}}
+            with replacing(png) as stream:
+                chart.canvas.savefig(stream, format="png", dpi=RESOLUTION, facecolor=PAGE, **nobody)
         yield Figure(made["id"], kind, title, chart.caption, svg, png)

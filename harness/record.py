@@ -8,7 +8,8 @@ setup      subject, params, phases, from_cache        build, first_launch, uploa
 sample     subject, turn, warmup, wall_s, cpu_s, load, stage_s
 frame      the same of a whole frame, drawn, where samples are taken without drawing
 subject    subject, status, reason, check, counters, footprint, traffic, quality, frame_reason, driver, facts
-end        others, seconds                            the group is whole
+end        others, seconds, cut                       the group is whole; cut: it took fewer samples than it should, for
+                                                      want of time, and is measured anew on resume
 superseded                                            an attempt was cut short; its rows no longer count
 limits     fill, copy, multiply-add rates of the device
 ```
@@ -17,37 +18,23 @@ Rows are only ever appended. A group counts once its `end` is there; until then 
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
-import math
-import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from lodbench.datasets_gen.files import write_file
+from lodbench.harness.rows import SAMPLES, Writer, plain, read_rows
+
+__all__ = [
+    "GroupRecord", "RUN", "RunRecord", "SAMPLES", "SCHEMA", "SubjectRecord", "Writer", "attempts", "config_hash",
+    "plain", "read_rows", "read_run", "write_json",
+]  # fmt: skip
 
 SCHEMA = 1
-RUN, SAMPLES = "run.json", "samples.jsonl"
-
-
-def plain(value: Any) -> Any:
-    """`value` as JSON can hold it: dataclasses as objects, NaN and infinity as null."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if value is None or isinstance(value, str | int | bool):
-        return value
-    if isinstance(value, Iterable):
-        return [plain(item) for item in value]
-    return str(value)
+RUN = "run.json"
 
 
 def config_hash(config: Any) -> str:
@@ -58,61 +45,7 @@ def config_hash(config: Any) -> str:
 
 def write_json(path: Path, value: Any) -> None:
     """Write `value` whole or not at all."""
-    text = json.dumps(plain(value), indent=1, allow_nan=False) + "\n"
-    part = path.with_name(path.name + ".part")
-    try:
-        part.write_text(text)
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
-
-
-def read_rows(path: Path) -> list[dict[str, Any]]:
-    """All rows of a `samples.jsonl`; a torn last line is dropped.
-
-    Raises:
-        ValueError: a line before the last is not JSON.
-    """
-    lines = path.read_bytes().split(b"\n")
-    rows = []
-    for number, line in enumerate(lines, 1):
-        if not line.strip():
-            continue
-        try:
-            rows.append(json.loads(line))
-        except ValueError:
-            if number == len(lines):  # no newline after it: the write was cut short
-                break
-            raise ValueError(f"{path}: expected JSON in line {number}, got {line[:40]!r}") from None
-    return rows
-
-
-class Writer:
-    """Appends rows to a run's `samples.jsonl`, each flushed at once."""
-
-    def __init__(self, folder: Path) -> None:
-        path = folder / SAMPLES
-        if path.exists():
-            content = path.read_bytes()
-            whole = content.rfind(b"\n") + 1
-            if whole < len(content):  # a torn last line: the next row must not be glued to it
-                with path.open("r+b") as file:
-                    file.truncate(whole)
-        self._file = path.open("ab", buffering=0)
-
-    def write(self, kind: str, **row: Any) -> None:
-        """Append one row.
-
-        Raises:
-            OSError: the disk is full, or gone; what was written before stays.
-        """
-        line = json.dumps({"kind": kind, **plain(row)}, allow_nan=False) + "\n"
-        data = memoryview(line.encode())
-        while data:
-            data = data[self._file.write(data) :]
-
-    def close(self) -> None:
-        self._file.close()
+    write_file(path, json.dumps(plain(value), indent=1, allow_nan=False) + "\n")
 
 
 @dataclass
@@ -263,14 +196,14 @@ def _add(group: GroupRecord, row: dict[str, Any]) -> None:
 
 
 def attempts(folder: Path) -> tuple[set[str], dict[str, list[int]]]:
-    """(hashes of whole groups, hash -> attempts that were begun and neither ended nor superseded)."""
+    """(hashes of whole groups, hash -> attempts that were begun and neither ended, uncut, nor superseded)."""
     path = folder / SAMPLES
     ended: set[str] = set()
     begun: dict[str, list[int]] = {}
     for row in read_rows(path) if path.exists() else []:
         if row["kind"] == "begin":
             begun.setdefault(row["group"], []).append(row["attempt"])
-        elif row["kind"] in ("end", "superseded"):
+        elif row["kind"] == "superseded" or (row["kind"] == "end" and not row.get("cut")):
             begun[row["group"]].remove(row["attempt"])
             if row["kind"] == "end":
                 ended.add(row["group"])

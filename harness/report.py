@@ -13,6 +13,7 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
+from lodbench.datasets_gen.files import write_file
 from lodbench.harness import plots, timing
 from lodbench.harness.amounts import amount
 from lodbench.harness.cells import columns, headlines, lines
@@ -238,5 +239,5 @@ def write_report(folder: Path) -> Path:
         again=_again(run),
     )
     path = folder / NAME
-    path.write_text(text)
+    write_file(path, text)
     return path

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import hashlib
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -16,6 +17,7 @@ import numpy as np
 from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness import quality
+from lodbench.harness.budget import Budget
 from lodbench.harness.entrant import Entrant
 from lodbench.harness.group import Group
 from lodbench.harness.progress import Progress
@@ -25,6 +27,8 @@ from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.system import Frame, View
 
+OVERRUN = 1.2  # of the time left: a group that would take more is not begun
+
 
 class Session:
     """One run: a device, a folder, and the groups measured into it.
@@ -33,7 +37,9 @@ class Session:
         device: where device subjects run; host subjects may use as many threads as it has compute units.
         folder: the run's folder, with its `run.json` written.
         samples: counted samples per subject, or None for the protocol's own number.
-        time_budget_s: no new group is begun once it is spent, and sampling is cut to share what is left.
+        time_budget_s: counted from here on. Sampling is cut to share what is left; no group is begun that would not
+            fit, by what those before it took, and one for which it runs out is given up: on resume it is measured anew.
+            A call that is under way is waited for.
         seed: of bootstrap and quality sampling.
     """
 
@@ -47,10 +53,11 @@ class Session:
         seed: int = 0,
     ) -> None:
         self.device, self.folder, self.seed = device, folder, seed
-        self._samples, self._budget_s = samples, time_budget_s
+        self._samples = samples
+        self._budget = Budget(math.inf if time_budget_s is None else time_budget_s)
         self._one_core: Device | None = None
-        self._ended, self._begun = attempts(folder)
         self._writer = Writer(folder)
+        self._ended, self._begun = attempts(folder)
         self._last = ""
         self._qualities: dict[str, dict[str, Any]] = {}
 
@@ -63,45 +70,54 @@ class Session:
         self._writer.write(kind, **row)
 
     def measure(self, work: Sequence[tuple[str, Group]], quiet: bool = False) -> list[str]:
-        """Measure every (table id, group) that the record does not hold whole; returns the names left out.
+        """Measure every (table id, group) that the record does not hold whole.
 
-        Groups are left out only when the time budget is spent.
+        Returns:
+            The names of those for which the time budget did not suffice.
         """
         for _, group in work:
             group.validate()
-        start = time.perf_counter()
         left_out: list[str] = []
+        pending = [(table, group, self._config(table, group)) for table, group in work]
+        pending = [one for one in pending if config_hash(one[2]) not in self._ended]
+        undone = sum(group.weight for _, group, _ in pending)
+        spent = seconds = 0.0  # weights and seconds of the groups measured here
         with Progress(sum(group.weight for _, group in work), quiet) as progress:
-            for number, (table, group) in enumerate(work):
-                config = {
-                    "table": table, "device": self.device.slug, "samples": self._samples,
-                    "seed": self.seed, **group.config(),
-                }  # fmt: skip
-                key = config_hash(config)
-                if key in self._ended:
-                    progress.advance(group.weight, kept=True)
-                    continue
-                budget = None
-                if self._budget_s is not None:
-                    left = self._budget_s - (time.perf_counter() - start)
-                    if left <= 0:
-                        left_out.append(f"{table}: {group.name}")
-                        continue
-                    budget = left / (len(work) - number)
-                progress.task(f"{table}: {group.name}")
-                self._group(table, group, key, config, budget, progress)
+            progress.advance(sum(group.weight for _, group in work) - undone, kept=True)
+            for table, group, config in pending:
+                name = f"{table}: {group.name}"
+                left, expected = self._budget.left, group.weight * seconds / (spent or 1.0)
+                if left > 0 and expected <= OVERRUN * left:
+                    progress.task(name)
+                    start = time.perf_counter()
+                    budget = Budget(left * group.weight / undone)
+                    if not self._group(table, group, config, budget, progress):
+                        left_out.append(name)
+                    seconds += time.perf_counter() - start
+                    spent += group.weight
+                else:
+                    left_out.append(name)
+                undone -= group.weight
                 progress.advance(group.weight)
         return left_out
+
+    def _config(self, table: str, group: Group) -> dict[str, Any]:
+        """All that decides what is measured."""
+        return {
+            "table": table, "device": self.device.slug, "samples": self._samples, "seed": self.seed,
+            **group.config(),
+        }  # fmt: skip
 
     def _group(
         self,
         table: str,
         group: Group,
-        key: str,
         config: Mapping[str, Any],
-        budget_s: float | None,
+        budget: Budget,
         progress: Progress,
-    ) -> None:
+    ) -> bool:
+        """Measure one group; False where time ran out: it took fewer samples than it should, or was given up."""
+        key = config_hash(config)
         progress.step("load")
         dataset = group.found()
         surface = self._surface(dataset)
@@ -119,9 +135,30 @@ class Session:
             "begin", table=table, name=group.name, dataset=dataset.name, device=self.device.slug,
             facts=facts, config=config,
         )  # fmt: skip
-        start = time.perf_counter()
         entrants: dict[str, Entrant] = {}
+        try:
+            done = self._turns(group, surface, entrants, record, budget, progress)
+        finally:
+            entrants.clear()
+            gc.collect()  # device buffers go back to the pool before the next group asks for its own
+        if done:
+            self._ended.add(key)
+        return done
+
+    def _turns(
+        self,
+        group: Group,
+        surface: Any,
+        entrants: dict[str, Entrant],
+        record: Callable[..., None],
+        budget: Budget,
+        progress: Progress,
+    ) -> bool:
+        """Prepare, sample and judge the subjects of a group that has begun; was there time for all of it?"""
+        start = time.perf_counter()
         for subject in group.subjects:
+            if self._budget.stops():
+                return False
             progress.step(f"prepare {subject.name}")
             entrant = Entrant(subject, view=Frame(_zoomed(surface, group.zoom)), once=group.once)
             device = partial(self._open, subject.one_core)
@@ -133,30 +170,30 @@ class Session:
         gc.collect()
         progress.step("sample")
         others = OtherLoad()
-        for sample in interleave(frames, firsts, samples=self._samples, budget_s=budget_s):
+        for sample in interleave(frames, firsts, samples=self._samples, budget=budget):
             record("sample", **plain(sample))
-        self._whole_frames(entrants, record, progress, budget_s)
+        self._whole_frames(entrants, record, progress, budget)
         others_share = others.share()
         for name, entrant in entrants.items():
             if group.quality and entrant.mesh is not None:
+                if self._budget.stops():
+                    return False
                 progress.step(f"quality of {name}")
                 entrant.facts["quality"] = self._quality(surface, entrant.mesh)
             record(
                 "subject", subject=name, status=entrant.status, reason=entrant.reason,
                 **entrant.facts,
             )  # fmt: skip
-        record("end", others=others_share, seconds=round(time.perf_counter() - start, 3))
-        self._ended.add(key)
-        del frames, running
-        entrants.clear()
-        gc.collect()  # device buffers go back to the pool before the next group asks for its own
+        seconds = round(time.perf_counter() - start, 3)
+        record("end", others=others_share, seconds=seconds, cut=budget.cut)
+        return not budget.cut
 
     def _whole_frames(
         self,
         entrants: Mapping[str, Entrant],
         record: Callable[..., None],
         progress: Progress,
-        budget_s: float | None,
+        budget: Budget,
     ) -> None:
         """Turns of those subjects that are drawn apart from their samples, so that neither disturbs the other."""
         frames = {
@@ -171,7 +208,7 @@ class Session:
         firsts = {name: take(name, frame, 0, warmup=True) for name, frame in frames.items()}
         seconds = {name: first.wall_s for name, first in firsts.items() if first is not None}
         frames = {name: frames[name] for name in seconds}
-        for sample in interleave(frames, seconds, samples=self._samples, budget_s=budget_s):
+        for sample in interleave(frames, seconds, samples=self._samples, budget=budget):
             if not sample.warmup:
                 record("frame", **plain(sample))
 

@@ -16,6 +16,7 @@ import numpy as np
 import psutil
 from scipy import stats
 
+from lodbench.harness.budget import Budget
 from lodbench.kernels.system import Timeline
 
 WARMUPS = 3  # turns before the first counted sample, for subjects under SLOW_S
@@ -104,7 +105,7 @@ def interleave(
     first_s: Mapping[str, float],
     *,
     samples: int | None = None,
-    budget_s: float | None = None,
+    budget: Budget | None = None,
 ) -> Iterator[Sample]:
     """Samples of all subjects in turns A B A B ..., each as soon as it is taken.
 
@@ -113,7 +114,7 @@ def interleave(
         first_s: wall seconds of each subject's first frame, run before; decides how many samples it takes. That
             frame counts as the first warm-up, and as the only sample of a subject over 30 s.
         samples: counted samples per subject; None takes at least 10, more of quick subjects.
-        budget_s: no new turn once this much time is spent and every subject has a counted sample.
+        budget: no new turn once it is spent and every subject has a counted sample.
 
     Turn 0 is the first frame, which the caller has run.
     """
@@ -121,12 +122,10 @@ def interleave(
     quotas = {name: (warmups, n) for name, (warmups, n) in quotas.items() if warmups}
     offset = max((warmups for warmups, _ in quotas.values()), default=0)
     most = max((n for _, n in quotas.values()), default=0)
-    start = time.perf_counter()
     for turn in range(1, offset + most):
         counted = turn >= offset
-        if counted and turn > offset and budget_s is not None:
-            if time.perf_counter() - start > budget_s:
-                return
+        if turn > offset and budget is not None and budget.stops():
+            return
         for name, (warmups, n) in list(quotas.items()):
             if offset - warmups < turn < offset + n:  # all subjects start to count at one turn
                 sample = take(name, frames[name], turn, warmup=not counted)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import io
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from lodbench.datasets_gen.files import write_file
 
 Image = NDArray[np.uint8]
 
@@ -20,7 +21,7 @@ def write_png(path: str | PathLike[str], image: Image) -> None:
         ValueError: another shape.
         OSError: the file cannot be written.
     """
-    Path(path).write_bytes(png_bytes(image))
+    write_file(path, png_bytes(image))
 
 
 def png_bytes(image: Image) -> bytes:

@@ -18,6 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from lodbench.datasets_gen.files import write_file
 from lodbench.harness.amounts import amount
 from lodbench.harness.group import Group
 from lodbench.harness.limits import Limits
@@ -274,6 +275,6 @@ def write(table: Table, run: RunRecord) -> dict[str, Any]:
     folder = Path(run.folder) / "tables"
     folder.mkdir(parents=True, exist_ok=True)
     write_json(folder / f"{table.id}.json", made)
-    (folder / f"{table.id}.md").write_text(markdown(made))
-    (folder / f"{table.id}.csv").write_text(comma_separated(made))
+    write_file(folder / f"{table.id}.md", markdown(made))
+    write_file(folder / f"{table.id}.csv", comma_separated(made))
     return made

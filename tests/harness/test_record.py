@@ -62,6 +62,24 @@ def test_reading_drops_a_torn_last_line_and_writing_goes_on_behind_it(folder):
     assert path.read_bytes().startswith(whole)
 
 
+@pytest.mark.parametrize("lost", range(1, 60, 7))
+def test_reading_and_writing_agree_wherever_a_kill_cut_the_last_row(folder, lost):
+    writer = Writer(folder)
+    begin(writer)
+    writer.write("end", group="g", attempt=0, others=0.5)
+    writer.close()
+    path = folder / record.SAMPLES
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-lost])
+    read, ended = read_rows(path), attempts(folder)
+    writer = Writer(folder)
+    writer.write("limits")
+    writer.close()
+    assert read_rows(path)[:-1] == read
+    assert attempts(folder) == ended
+    assert (len(read), ended[0]) == ((2, {"g"}) if lost == 1 else (1, set()))
+
+
 def test_reading_refuses_garbage_before_the_last_line(folder):
     (folder / record.SAMPLES).write_bytes(b'{"kind": "limits"}\nnonsense\n{"kind": "limits"}\n')
     with pytest.raises(ValueError, match="line 2"):

@@ -1,6 +1,9 @@
+import dataclasses
+import time
+
 import pytest
 
-from lodbench.harness import record, tables
+from lodbench.harness import record, registry, tables
 from lodbench.harness.folder import open_folder
 from lodbench.harness.group import Group, Subject
 from lodbench.harness.record import read_rows, read_run
@@ -106,6 +109,80 @@ def test_whole_groups_are_measured_once(device, folder):
 def test_spent_time_budget_leaves_groups_out_and_names_them(device, folder):
     left = measure(device, folder, Group("one", (Subject("fake"),)), time_budget_s=0.0)
     assert left == ["t: one"]
+    assert read_run(folder).groups == []
+
+
+class Clock:
+    """Seconds that pass only where a test lets them: in the fakes' set-up and frames."""
+
+    def __init__(self, monkeypatch, prepare_s, frame_s):
+        self.now = 0.0
+        monkeypatch.setattr(time, "perf_counter", lambda: self.now)
+        clock = self
+
+        class Slow(fake.Fake):
+            def __init__(self, *arguments):
+                super().__init__(*arguments)
+                clock.now += prepare_s
+
+            def enqueue(self, *arguments):
+                super().enqueue(*arguments)
+                clock.now += frame_s
+
+        slow = {n: dataclasses.replace(s, prepare=Slow) for n, s in fake.SYSTEMS.items()}
+        monkeypatch.setattr(registry, "registry", lambda: registry.Registry(slow, {}))
+
+
+PAIR = (Subject("fake"), Subject("other"))
+
+
+@pytest.mark.parametrize("seconds", [10.0, 20.0, 30.0, 60.0])
+@pytest.mark.parametrize(("prepare_s", "frame_s"), [(1.0, 0.1), (0.0, 0.5), (2.0, 0.0)])
+def test_time_budget_is_kept(device, folder, monkeypatch, seconds, prepare_s, frame_s):
+    clock = Clock(monkeypatch, prepare_s, frame_s)
+    groups = [Group(name, PAIR, {"cells": n}) for n in range(9) for name in fake.DATASETS]
+    session = Session(device, folder, samples=30, time_budget_s=seconds)
+    clock.now += 0.1 * seconds  # the device's limits, measured before any group
+    left = session.measure([("t", group) for group in groups], quiet=True)
+    session.close()
+    assert left
+    assert clock.now <= 1.2 * seconds
+    assert read_run(folder).groups, "something was measured"
+
+
+def test_group_cut_short_counts_for_tables_and_is_measured_anew_on_resume(
+    device, folder, monkeypatch
+):
+    Clock(monkeypatch, 0.0, 1.0)
+    group = Group("one", PAIR)
+    assert measure(device, folder, group, time_budget_s=7.0) == ["t: one"]
+    before = read_rows(folder / record.SAMPLES)
+    assert len(subjects(folder)["fake"].samples) == 1
+    assert measure(device, folder, group) == []
+    after = read_rows(folder / record.SAMPLES)
+    assert after[: len(before)] == before, "its samples stay"
+    kinds = [row["kind"] for row in after[len(before) :]]
+    assert kinds[:2] == ["superseded", "begin"]
+    assert len(subjects(folder)["fake"].samples) == 2
+    assert measure(device, folder, group) == []
+    assert read_rows(folder / record.SAMPLES) == after, "and now it is whole"
+
+
+def test_two_sessions_do_not_write_into_one_folder(device, folder):
+    first = Session(device, folder)
+    with pytest.raises(ValueError, match=r"out: expected a folder that no other run .* got .*run"):
+        Session(device, folder)
+    with pytest.raises(ValueError, match="out: expected a folder that no other run"):
+        open_folder(device, {}, out=folder, resume=True)
+    first.close()
+    open_folder(device, {}, out=folder, resume=True)
+    Session(device, folder).close()
+
+
+def test_folder_with_nothing_but_a_file_half_written_is_as_good_as_new(device, tmp_path):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / ".run.json.77.part").write_text('{"sch')
+    folder = open_folder(device, {}, out=tmp_path / "run")
     assert read_run(folder).groups == []
 
 

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from lodbench.harness import timing
+from lodbench.harness.budget import Budget
 from lodbench.harness.timing import interleave, paired_ratio, quota
 from lodbench.kernels.system import Timeline
 
@@ -41,8 +42,18 @@ def test_interleave_drops_a_subject_that_gives_up():
 
 
 def test_interleave_with_no_time_left_still_gives_every_subject_one_counted_sample():
-    taken = list(interleave({"a": frame(), "b": frame()}, {"a": 1, "b": 1}, budget_s=0.0))
+    taken = list(interleave({"a": frame(), "b": frame()}, {"a": 1, "b": 1}, budget=Budget(0.0)))
     assert [s.subject for s in taken if not s.warmup] == ["a", "b"]
+
+
+def test_budget_remembers_that_something_was_left_undone(monkeypatch):
+    now = [5.0]
+    monkeypatch.setattr(timing.time, "perf_counter", lambda: now[0])
+    budget = Budget(2.0)
+    assert (budget.left, budget.stops(), budget.cut) == (2.0, False, False)
+    now[0] = 8.0
+    assert (budget.left, budget.cut) == (-1.0, False), "nothing was asked for yet"
+    assert (budget.stops(), budget.cut) == (True, True)
 
 
 def test_summary_gives_quartiles():

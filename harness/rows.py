@@ -1,0 +1,140 @@
+"""The rows of a `samples.jsonl`: appended as they happen, read back, and written by one process at a time."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None
+
+SAMPLES = "samples.jsonl"
+
+
+def plain(value: Any) -> Any:
+    """`value` as JSON can hold it: dataclasses as objects, NaN and infinity as null."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, str | int | bool):
+        return value
+    if isinstance(value, Iterable):
+        return [plain(item) for item in value]
+    return str(value)
+
+
+def _is_json(line: bytes) -> bool:
+    try:
+        json.loads(line)
+    except ValueError:
+        return False
+    return True
+
+
+def _whole(content: bytes) -> bytes:
+    """The rows that were written whole, each with its newline; a row cut short is no JSON."""
+    end = content.rfind(b"\n") + 1
+    last = content[end:]
+    return content if not last else content[:end] + (last + b"\n" if _is_json(last) else b"")
+
+
+def read_rows(path: Path) -> list[dict[str, Any]]:
+    """All rows of a `samples.jsonl`; a torn last line is dropped.
+
+    Raises:
+        ValueError: a line before the last is not JSON.
+    """
+    rows = []
+    for number, line in enumerate(_whole(path.read_bytes()).split(b"\n"), 1):
+        if not line.strip():
+            continue
+        try:
+            rows.append(json.loads(line))
+        except ValueError:
+            raise ValueError(f"{path}: expected JSON in line {number}, got {line[:40]!r}") from None
+    return rows
+
+
+class Writer:
+    """Appends rows to a run's `samples.jsonl`, each flushed at once; the file is this process's as long as it lives.
+
+    Raises:
+        Busy: another process writes to the folder.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        path = folder / SAMPLES
+        self._file = path.open("ab", buffering=0)
+        try:
+            take_lock(self._file, folder)
+        except BaseException:
+            self._file.close()
+            raise
+        content = path.read_bytes()
+        whole = _whole(content)
+        if len(whole) > len(content):
+            self._append(whole[len(content) :])
+        else:  # a torn last line: the next row must not be glued to it
+            self._file.truncate(len(whole))
+
+    def _append(self, line: bytes) -> None:
+        data = memoryview(line)
+        while data:
+            data = data[self._file.write(data) :]
+
+    def write(self, kind: str, **row: Any) -> None:
+        """Append one row.
+
+        Raises:
+            OSError: the disk is full, or gone; what was written before stays.
+        """
+        line = json.dumps({"kind": kind, **plain(row)}, allow_nan=False) + "\n"
+        self._append(line.encode())
+
+    def close(self) -> None:
+        self._file.close()
+
+
+class Busy(ValueError):
+    """Another process measures into this folder."""
+
+
+def take_lock(file: Any, folder: Path) -> None:
+    """Have this open file to oneself, until it is closed or its process is gone, however it went.
+
+    Where the system has no such locks, nothing is done.
+
+    Raises:
+        Busy: another process has it.
+    """
+    if fcntl is None:
+        return
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        text = f"out: expected a folder that no other run is writing to, got {folder}"
+        raise Busy(text) from None
+
+
+def check_free(folder: Path) -> None:
+    """Refuse a folder that another process measures into.
+
+    Raises:
+        Busy: there is one.
+    """
+    if (folder / SAMPLES).exists():
+        with (folder / SAMPLES).open("ab") as file:
+            take_lock(file, folder)
