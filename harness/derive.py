@@ -69,12 +69,14 @@ def brief_columns(folder: Path, made: dict[str, Any]) -> list[dict[str, str]]:
 
 
 def reasons(made: dict[str, Any]) -> list[str]:
-    """Why rows are not ok, one line per reason, with the rows that share it; much noise is one line."""
+    """Why rows are not ok or lack a ratio, one line per reason, with the rows that share it; much noise is one line."""
     found: dict[tuple[str, str], list[str]] = {}
     for row in made["rows"]:
-        if row["reason"]:
-            who = f"{row.get('dataset') or ''} {row.get('system')}".strip()
-            found.setdefault((row["status"], row["reason"]), []).append(who)
+        who = f"{row.get('dataset') or ''} {row.get('system')}".strip()
+        for reason in filter(None, re.split("; (?=no ratio to )", row["reason"] or "")):
+            lacks = reason.startswith("no ratio to ")
+            key = ("no ratio", reason[len("no ratio ") :]) if lacks else (row["status"], reason)
+            found.setdefault(key, []).append(who)
     noisy = [key for key in found if key[0] == "noisy"]
     rest = len(noisy) > MOST_NOISE
     lines = [

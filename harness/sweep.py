@@ -27,6 +27,7 @@ from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.harness import registry
 from lodbench.harness.group import Group, Subject
+from lodbench.harness.ratios import ratios
 from lodbench.harness.record import GroupRecord, RunRecord
 from lodbench.harness.tables import (
     QUALITY_COLUMNS,
@@ -37,7 +38,6 @@ from lodbench.harness.tables import (
     Table,
     measured,
     ratio_columns,
-    ratios,
 )
 
 if sys.version_info >= (3, 11):

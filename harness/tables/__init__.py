@@ -3,7 +3,8 @@
 A table is made from a run's records alone, any number of times. Each row has `status` (`ok`, `noisy`, `skipped`,
 `failed`; `published`: nothing of it was measured) and `reason`; unknown values are None. `ratio_to_<subject>` says how
 many times faster the row is than that subject, taken turn by turn, with a 95 % bootstrap interval in `..._low` and
-`..._high`; it is None where either of the two failed its check or ran in batches.
+`..._high`; it is None where either of the two failed its check or ran in batches, or where
+they leave unlike numbers of triangles: see `harness.ratios`.
 """
 
 from __future__ import annotations
@@ -22,9 +23,10 @@ from lodbench.datasets_gen.files import write_file
 from lodbench.harness.amounts import amount
 from lodbench.harness.group import Group
 from lodbench.harness.limits import Limits
+from lodbench.harness.ratios import verdict
 from lodbench.harness.record import GroupRecord, RunRecord, SubjectRecord, plain, write_json
 from lodbench.harness.registry import closest
-from lodbench.harness.timing import noise, paired_ratio, summary, unpaired_ratio
+from lodbench.harness.timing import summary
 from lodbench.kernels.system import Traffic
 
 Row = dict[str, Any]
@@ -125,11 +127,7 @@ def ratio_columns(subjects: Iterable[str]) -> tuple[Column, ...]:
 def measured(group: GroupRecord, subject: SubjectRecord) -> Row:
     """What every row says of its subject: names, status, wall and stage seconds, counts."""
     wall = list(subject.wall_s.values())
-    status, reason = subject.status, subject.reason
-    if status == "ok":
-        why = noise(wall, [row["cpu_s"] for row in subject.samples], group.others)
-        if why:
-            status, reason = "noisy", why
+    status, reason = verdict(group, subject)
     row: Row = {
         **group.facts,
         "system": subject.label,
@@ -190,35 +188,6 @@ def limit_share(run: RunRecord, subject: SubjectRecord) -> float | None:
     least = sum(limits.least_s(Traffic(**traffic)) for traffic in subject.traffic.values())
     spent = sum(stage.median for stage in stages.values() if stage)
     return least / spent if spent else None
-
-
-def counts(subject: SubjectRecord | None) -> bool:
-    """May this subject stand in a ratio: verified, measured, and not run in batches?"""
-    return (
-        subject is not None
-        and subject.status == "ok"
-        and bool(subject.samples)
-        and (subject.footprint.get("batches") or 1) == 1
-    )
-
-
-def ratios(
-    group: GroupRecord, subject: SubjectRecord, baselines: Iterable[str], seed: int = 0
-) -> Row:
-    """How many times faster `subject` is than each baseline of its group, with intervals."""
-    row: Row = {}
-    for name in baselines:
-        other = group.subjects.get(name)
-        ratio = None
-        if other is not None and name != subject.label and counts(subject) and counts(other):
-            theirs, ours = other.wall_s, subject.wall_s
-            ratio = paired_ratio(theirs, ours, seed)
-            if ratio is None:  # a subject over 30 s has one sample, in a turn of its own
-                ratio = unpaired_ratio(list(theirs.values()), list(ours.values()), seed)
-        row[f"ratio_to_{name}"] = ratio.median if ratio else None
-        row[f"ratio_to_{name}_low"] = ratio.low if ratio else None
-        row[f"ratio_to_{name}_high"] = ratio.high if ratio else None
-    return row
 
 
 def document(table: Table, run: RunRecord) -> dict[str, Any]:

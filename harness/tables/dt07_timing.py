@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lodbench.harness.group import Context, Draw, Group, Subject
+from lodbench.harness.ratios import ratios
 from lodbench.harness.record import GroupRecord, RunRecord, SubjectRecord
 from lodbench.harness.tables import (
     FRAME_COLUMNS,
@@ -19,7 +20,6 @@ from lodbench.harness.tables import (
     measured,
     memory_bytes,
     ratio_columns,
-    ratios,
 )
 from lodbench.harness.timing import log_slope, summary
 from lodbench.kernels.cluster.grid import Grid
@@ -27,7 +27,6 @@ from lodbench.kernels.cluster.quadric_clustering.host import search_cells
 from lodbench.kernels.cluster.quadric_clustering.upload import Upload
 
 REDUCTION = 0.9
-CLOSE = 1.05  # a peer that leaves more than this times what it was asked for did less work than the others
 SCANS = ("bunny_69k", "armadillo_86k", "dragon_100k", "buddha_100k")
 SERIES = ("displaced_icosphere_100k", "displaced_icosphere_1310k", "displaced_icosphere_10m")
 SORTED = "displaced_icosphere_1310k_sorted"
@@ -128,22 +127,10 @@ def _passes(subject: SubjectRecord) -> Row:
     return row
 
 
-def _missed(subject: SubjectRecord) -> str:
-    """What a peer says that stopped far from the number it was asked for, or ""."""
-    asked, left = (subject.params or {}).get("target_count"), subject.counters.get("triangles")
-    if asked is None or left is None or left <= CLOSE * asked:
-        return ""
-    return f"left {left:,} triangles, asked for {asked:,}: no ratio to it"
-
-
 def _row(run: RunRecord, group: GroupRecord, label: str) -> Row:
     subject = group.subjects[label]
-    fair = [name for name in BASELINES if name in group.subjects]
-    fair = [name for name in fair if not _missed(group.subjects[name])]
-    missed = _missed(subject)
     row = measured(group, subject) | _passes(subject)
-    row |= ratios(group, subject, [] if missed else fair, run.environment["seed"])
-    row["reason"] = ", ".join(filter(None, (row["reason"], missed)))
+    row |= ratios(group, subject, BASELINES, run.environment["seed"])
     cells = (subject.params or {}).get("cells")
     row["cells"] = cells
     if row["wall_s"]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lodbench.harness.group import Draw, Group, Subject
+from lodbench.harness.ratios import counts, ratios
 from lodbench.harness.record import GroupRecord, RunRecord
 from lodbench.harness.tables import (
     FRAME_COLUMNS,
@@ -13,10 +14,8 @@ from lodbench.harness.tables import (
     Column,
     Row,
     Table,
-    counts,
     measured,
     ratio_columns,
-    ratios,
 )
 from lodbench.harness.timing import paired_ratio
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lodbench.harness.group import Draw, Group, Subject
+from lodbench.harness.ratios import ratios
 from lodbench.harness.record import GroupRecord, RunRecord
 from lodbench.harness.tables import (
     FRAME_COLUMNS,
@@ -16,7 +17,6 @@ from lodbench.harness.tables import (
     measured,
     memory_bytes,
     ratio_columns,
-    ratios,
 )
 from lodbench.harness.timing import log_slope
 

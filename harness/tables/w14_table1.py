@@ -7,6 +7,7 @@ from typing import Any
 
 from lodbench.datasets_gen import catalogue
 from lodbench.harness.group import Context, Draw, Group, Subject
+from lodbench.harness.ratios import ratios
 from lodbench.harness.record import GroupRecord, RunRecord, SubjectRecord
 from lodbench.harness.tables import (
     FRAME_COLUMNS,
@@ -18,7 +19,6 @@ from lodbench.harness.tables import (
     measured,
     published,
     ratio_columns,
-    ratios,
 )
 from lodbench.harness.timing import summary
 from lodbench.kernels.cluster.quadric_clustering.host import search_cells
@@ -104,7 +104,7 @@ def _stages(subject: SubjectRecord) -> Row:
 def _row(run: RunRecord, group: GroupRecord, label: str) -> Row:
     subject = group.subjects[label]
     row = measured(group, subject) | _stages(subject)
-    row |= ratios(group, subject, BASELINES, run.environment["seed"])
+    row |= ratios(group, subject, BASELINES, run.environment["seed"], any_count=("full_image",))
     if label == OURS and group.facts["triangles_asked"] in PUBLISHED_S:
         row["published_wall_s"], _ = PUBLISHED_S[group.facts["triangles_asked"]]
     row["vertices_out"] = subject.counters.get("vertices")

@@ -10,7 +10,8 @@ from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness import derive, limits, registry, tables
 from lodbench.harness.group import Group, Subject
-from lodbench.harness.tables import Column, Table, measured, ratio_columns, ratios
+from lodbench.harness.ratios import ratios
+from lodbench.harness.tables import Column, Table, measured, ratio_columns
 from lodbench.kernels.device import DeviceError, Unsupported
 from lodbench.kernels.system import Check, Footprint, System, Timeline, Traffic
 
@@ -93,7 +94,7 @@ def table(seconds=0.0, datasets=DATASETS):
                 dataset,
                 (
                     Subject("fake", {"seconds": seconds}),
-                    Subject("other", {"seconds": seconds, "size": 2}),
+                    Subject("other", {"seconds": seconds}),
                     Subject("other", {"outcome": "wrong"}, label="wrong"),
                 ),
                 {"cells": 8},

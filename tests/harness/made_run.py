@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from lodbench.harness.ratios import counts, ratios
 from lodbench.harness.record import RUN, SCHEMA, Writer, write_json
 from lodbench.harness.tables import (
     QUALITY_COLUMNS,
@@ -12,10 +13,8 @@ from lodbench.harness.tables import (
     WALL_COLUMNS,
     Column,
     Table,
-    counts,
     measured,
     ratio_columns,
-    ratios,
     write,
 )
 

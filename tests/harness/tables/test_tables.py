@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from lodbench.harness import tables
+from lodbench.harness.ratios import ratios
 from lodbench.harness.record import GroupRecord, RunRecord, SubjectRecord
-from lodbench.harness.tables import Column, Table, measured, ratios
+from lodbench.harness.tables import Column, Table, measured
 
 
 def subject(label, seconds, *, status="ok", **facts):
@@ -64,6 +65,55 @@ def test_failed_and_batched_rows_stay_out_of_ratios(bad):
     both = group(subject("ours", [1.0] * 3), subject("theirs", [4.0] * 3, **bad))
     assert ratios(both, both.subjects["ours"], ["theirs"])["ratio_to_theirs"] is None
     assert ratios(both, both.subjects["theirs"], ["ours"])["ratio_to_ours"] is None
+
+
+def test_unlike_counts_give_no_ratio_and_say_so():
+    kinds = {"ours": 12_314, "theirs": 128, "same": 12_000, "fill": None}
+    both = group(
+        *(
+            subject(name, [1.0] * 3, counters={} if count is None else {"triangles": count})
+            for name, count in kinds.items()
+        )
+    )
+    ours = both.subjects["ours"]
+    row = measured(both, ours) | ratios(both, ours, ["theirs", "same", "fill"])
+    assert row["ratio_to_theirs"] is row["ratio_to_theirs_low"] is None
+    assert row["ratio_to_same"] == row["ratio_to_fill"] == 1
+    assert (row["status"], row["reason"]) == (
+        "ok", "no ratio to theirs: 12,314 triangles against 128",
+    )  # fmt: skip
+    back = ratios(both, both.subjects["theirs"], ["ours", "same"])
+    assert back["reason"] == (
+        "no ratio to ours: 128 triangles against 12,314; "
+        "no ratio to same: 128 triangles against 12,000"
+    )
+    meant = ratios(both, ours, ["theirs"], any_count=["theirs"])
+    assert meant["ratio_to_theirs"] == 1
+    assert "reason" not in meant
+    assert (
+        ratios(both, both.subjects["theirs"], ["ours"], any_count=["theirs"])["ratio_to_ours"] == 1
+    )
+
+
+@pytest.mark.parametrize(("count", "given"), [(95, True), (94, False), (105, True), (106, False)])
+def test_like_counts_are_within_five_per_cent(count, given):
+    both = group(
+        subject("ours", [1.0] * 3, counters={"triangles": 100}),
+        subject("theirs", [1.0] * 3, counters={"triangles": count}),
+    )
+    row = ratios(both, both.subjects["ours"], ["theirs"])
+    assert (row["ratio_to_theirs"] is not None) == given
+
+
+def test_reason_for_unlike_counts_joins_that_of_the_noise():
+    both = group(
+        subject("ours", [1.0] * 10, counters={"triangles": 100}),
+        subject("theirs", [1.0] * 10, counters={"triangles": 200}),
+        others=0.5,
+    )
+    row = measured(both, both.subjects["ours"]) | ratios(both, both.subjects["ours"], ["theirs"])
+    assert row["status"] == "noisy"
+    assert "50%" in row["reason"] and row["reason"].endswith("100 triangles against 200")
 
 
 def test_single_sample_of_a_very_slow_subject_still_gives_a_ratio_without_interval():
