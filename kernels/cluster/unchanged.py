@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ def without_duplicates(mesh: TriangleMesh) -> TriangleMesh:
     """The mesh with the first of each triangles with the same three vertices, whichever way they face, in order."""
     keys = np.sort(mesh.triangles, axis=1)
     _, first = np.unique(keys, axis=0, return_index=True)
-    return TriangleMesh(mesh.positions, mesh.triangles[np.sort(first)])
+    return replace(mesh, triangles=mesh.triangles[np.sort(first)])
 
 
 class Unchanged:
@@ -28,6 +29,7 @@ class Unchanged:
     def __init__(
         self,
         device: Device,
+        mesh: TriangleMesh,
         positions: Buffer,
         triangles: Buffer,
         setup: Timeline,
@@ -37,13 +39,14 @@ class Unchanged:
 
         Args:
             device: where the mesh is.
+            mesh: what comes back, with all that belongs to its vertices.
             positions: float32, (n, 3).
             triangles: uint32, (m, 3).
             setup: what was done so far.
             counters: more of them, by name.
         """
         self.setup = setup
-        self._device, self._more = device, counters
+        self._device, self._mesh, self._more = device, mesh, counters
         self._given = (positions, triangles)
         self._copies = tuple(device.allocate(b.name, b.shape, b.dtype) for b in self._given)
         self._ran = False
@@ -61,10 +64,11 @@ class Unchanged:
             self._device.copy(timeline, STAGE, source, target)
 
     def result(self) -> Sequence[TriangleMesh]:
-        """The mesh, without normals."""
+        """The mesh, with its normals, colours and whatever else it had."""
         if not self._ran:
             self.enqueue(Frame(), Timeline())
-        return [TriangleMesh(*(self._device.read(copy) for copy in self._copies))]
+        positions, triangles = (self._device.read(copy) for copy in self._copies)
+        return [replace(self._mesh, positions=positions, triangles=triangles)]
 
     def vertex_map(self) -> NDArray[np.uint32]:
         """Each vertex is its own, (n,)."""

@@ -55,7 +55,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> QuadricCluste
         "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
         "counting_passes": found.counts, **missed(asked, kept.mesh.triangle_count),
     }  # fmt: skip
-    return Unchanged(device, kept.positions, kept.triangles, upload.setup, counters)
+    return Unchanged(device, kept.mesh, kept.positions, kept.triangles, upload.setup, counters)
 
 
 def search_cells(upload: Upload, target_count: int, remove_duplicates: bool = False) -> Found:

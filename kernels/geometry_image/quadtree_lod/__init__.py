@@ -125,10 +125,9 @@ def simplify(
         options.setdefault("n", level_for(mesh.triangle_count))
     params = Params(target_reduction=target_reduction, target_count=target_count, **options)
     if isinstance(mesh, TriangleMesh) and target == mesh.triangle_count:
-        same = TriangleMesh(mesh.positions, mesh.triangles)
         own = np.arange(mesh.vertex_count, dtype=np.uint32)
         counters = {"vertices": mesh.vertex_count, "triangles": target, **missed(target, target)}
-        return Result(same, own, (same,), counters)
+        return Result(mesh, own, (mesh,), counters)
     prepared = prepare(device, mesh, params)
     frame = run(device, prepared)
     simplified = prepared.result()[0]

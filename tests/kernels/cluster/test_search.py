@@ -91,11 +91,17 @@ def test_a_mesh_below_every_grid_comes_back_itself(device, mesh):
 )
 def test_all_triangles_asked_for_is_the_identity(device, asked):
     mesh = sphere(12, 6)
-    more = TriangleMesh(np.concatenate([mesh.positions, [[3, 3, 3]]]), mesh.triangles)
+    positions = np.concatenate([mesh.positions, [[3, 3, 3]]])
+    colours = np.abs(positions) / 3
+    more = TriangleMesh(positions + 1e6, mesh.triangles, colours=colours)
+    assert more.origin is not None
     assert more.triangle_count == 132
     result = simplify(device, more, **asked)
     assert result.mesh.positions.tobytes() == more.positions.tobytes()
     assert result.mesh.triangles.tobytes() == more.triangles.tobytes()
+    assert result.mesh.points.tobytes() == more.points.tobytes()
+    assert result.mesh.colours is not None and more.colours is not None
+    assert result.mesh.colours.tobytes() == more.colours.tobytes()
     assert result.vertex_map is not None
     assert np.array_equal(result.vertex_map, np.arange(more.vertex_count))
     assert (result.counters["target"], result.counters["target_gap"]) == (132, 0)
