@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import errno
-import json
 import sys
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from lodbench.harness import interrupt
+from lodbench.harness.terminal import hint, say, say_in_any_encoding, say_json, say_rows
 
 app = typer.Typer(
     name="lodbench",
@@ -77,44 +77,23 @@ def records_kept(folder: Path) -> Iterator[None]:
         ) from None
 
 
-def say(text: str = "") -> None:
-    """A line on standard output."""
-    typer.echo(text)
+def _version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
 
-
-def say_json(value: Any) -> None:
-    """A JSON document on standard output."""
-    from lodbench.harness.record import plain
-
-    typer.echo(json.dumps(plain(value), indent=1))
-
-
-def say_rows(
-    columns: Sequence[Mapping[str, str]], rows: Sequence[Mapping[str, Any]], title: str = ""
-) -> None:
-    """A table on standard output; columns without a value are left out."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    from lodbench.harness.amounts import amount
-
-    colours = {"failed": "red", "noisy": "yellow", "skipped": "dim"}
-    shown = [c for c in columns if any(row.get(c["key"]) not in (None, "") for row in rows)]
-    grid = Table(title=title or None, title_justify="left", box=box.SIMPLE_HEAD)
-    for column in shown:
-        text = all(isinstance(row.get(column["key"]), str | None) for row in rows)
-        grid.add_column(column["label"], justify="left" if text else "right", overflow="fold")
-    for row in rows:
-        cells = [amount(row.get(c["key"]), c.get("unit", "")) for c in shown]
-        grid.add_row(*cells, style=colours.get(str(row.get("status"))))
-    # a pipe or file has no width of its own: lines are as long as they need to be
-    Console(width=None if sys.stdout.isatty() else 1000).print(grid)
+        say(f"lodbench {version('lodbench')}")
+        raise typer.Exit
 
 
 @app.callback()
 def _common(
     debug: Annotated[bool, typer.Option("--debug", help="Show a traceback on errors.")] = False,
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", "-V", callback=_version, is_eager=True, help="Say which version this is."
+        ),
+    ] = False,
 ) -> None:
     pass
 
@@ -142,9 +121,10 @@ def _listing(rows: list[dict[str, Any]], json_output: bool, keep: str | None) ->
         rows = [row for row in rows if re.search(pattern, " ".join(map(str, row.values())))]
     if json_output:
         say_json(rows)
+    elif rows:
+        say_rows([{"key": key, "label": key} for key in rows[0]], rows)
     else:
-        keys = rows[0].keys() if rows else ()
-        say_rows([{"key": key, "label": key} for key in keys], rows)
+        hint(f"nothing there{f' that {keep} matches' if keep else ''}")
 
 
 def _pattern(text: str) -> Any:
@@ -229,6 +209,7 @@ def _register() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code and raises nothing but `SystemExit`."""
+    say_in_any_encoding()
     _register()
     words = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in words
