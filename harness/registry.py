@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import importlib
 import pkgutil
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
 import lodbench.kernels
+from lodbench.kernels.parameters import closest
 from lodbench.kernels.system import System
 from lodbench.kernels.targets import TARGETS, Target
 
@@ -72,15 +72,6 @@ def registry() -> Registry:
 def systems() -> dict[str, System[Any]]:
     """Every system and baseline that can be imported here, by name."""
     return registry().systems
-
-
-def closest(argument: str, got: str, names: Iterable[str]) -> str:
-    """The text of an error about an unknown name: the nearest names, or all when none is near."""
-    names = sorted(names)
-    near = difflib.get_close_matches(got, names, n=3, cutoff=0.5)
-    near += [name for name in names if got and got in name and name not in near]
-    kind = "one like" if near else "one of"
-    return f"{argument}: expected {kind} {', '.join(near or names)}, got {got!r}"
 
 
 def system(name: str) -> System[Any]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.device import Device
 from lodbench.kernels.inputs import as_mesh, taken, with_triangles
+from lodbench.kernels.parameters import check
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.targets import given_target
 
@@ -111,7 +112,7 @@ def simplify_mesh(
         TypeError, ValueError: an argument is wrong; not exactly one of target_reduction, target_count and cells.
         Unsupported: the device cannot hold the mesh.
     """
-    chosen = _method("simplify", method)
+    chosen = _method("simplify", check("method", method, str))
     surface = mesh if isinstance(mesh, GeometryImage) else with_triangles(as_mesh(mesh))
     if isinstance(surface, GeometryImage) and method != "quadtree_lod":
         raise TypeError(f"method: expected quadtree_lod for a geometry image, got {method!r}")
@@ -181,7 +182,7 @@ def refine_mesh(
         TypeError, ValueError: an argument is wrong.
         Unsupported: the device cannot hold the result.
     """
-    chosen = _method("refine", method)
+    chosen = _method("refine", check("method", method, str))
     coarse = with_triangles(as_mesh(mesh))
     result = chosen(open_device(device), coarse, segments=segments, weld=weld, **options)
     return _placed(result, coarse)

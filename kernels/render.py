@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,9 +12,10 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.api import open_device
 from lodbench.kernels.device import Device
 from lodbench.kernels.inputs import as_mesh, with_triangles
+from lodbench.kernels.parameters import Range, check
 from lodbench.kernels.stages.camera import TABLE_SIZE, fit_points, moved
 from lodbench.kernels.stages.look import Look
-from lodbench.kernels.stages.raster import Raster
+from lodbench.kernels.stages.raster import Raster, Side
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import DeviceSurface, Frame, View
 
@@ -53,11 +54,9 @@ def mesh_view(
     Raises:
         ValueError: an unknown axis, a size out of range, or angles that are no numbers.
     """
-    if up not in UP:
-        raise ValueError(f"up: expected one of x, y, z, got {up!r}")
-    around, above = np.radians(np.asarray(camera, np.float64))
-    if not np.isfinite((around, above)).all():
-        raise ValueError(f"camera: expected two angles in degrees, got {camera}")
+    check("up", up, Literal["x", "y", "z"])
+    size = check("size", size, tuple[Side, Side])
+    around, above = np.radians(check("camera", camera, tuple[float, float]))
     right = np.array((0.0, -1.0, 0.0) if up == "x" else UP["x"])
     front = np.cross(right, UP[up])
     level = right * np.sin(around) + front * np.cos(around)
@@ -176,9 +175,10 @@ def render(
         view = mesh_view(mesh.with_origin(None), camera or CAMERA, size, up)
     else:
         view = camera if mesh.origin is None else moved(camera, -mesh.origin)
+    wireframe, cull = check("wireframe", wireframe, bool), check("cull", cull, bool)
+    colour_range = check("colour_range", colour_range, tuple[float, float] | None)
     look = _look(mesh, colour, wireframe, cull, colour_map, colour_range)
-    if samples < 1:
-        raise ValueError(f"samples: expected at least 1 per axis, got {samples}")
+    samples = check("samples", samples, Annotated[int, Range(1)])
     drawn = replace(view, width=view.width * samples, height=view.height * samples)
     look = replace(look, line_width=look.line_width * samples)
     opened = open_device(device)

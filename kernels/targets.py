@@ -6,7 +6,9 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
+
+from lodbench.kernels.parameters import Parameters, Range
 
 TARGETS = ("target_reduction", "target_count", "cells")
 """Fields of a simplifier's Params of which at most one may be given; a system has those that it can keep to."""
@@ -31,7 +33,7 @@ def given_target(values: Mapping[str, Any]) -> str | None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Target:
+class Target(Parameters):
     """How many triangles are to be left; with neither, the system's own default counts.
 
     Attributes:
@@ -39,18 +41,12 @@ class Target:
         target_count: triangles left at most, at least 1.
     """
 
-    target_reduction: float | None = None
-    target_count: int | None = None
+    target_reduction: Annotated[float, Range(0, 1, open="high")] | None = None
+    target_count: Annotated[int, Range(1)] | None = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         given_target(vars(self))
-        reduction, count = self.target_reduction, self.target_count
-        if reduction is not None and not 0 <= reduction < 1:
-            raise ValueError(
-                f"target_reduction: expected the share removed, 0 to below 1, got {reduction}"
-            )
-        if count is not None and count < 1:
-            raise ValueError(f"target_count: expected at least 1, got {count}")
 
     def counted(self: T, triangle_count: int) -> T:
         """The same with `target_count` in place of a reduction of so many triangles."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check
 
 INSTALL = "pip install vtk"
+IndexBits: TypeAlias = Literal[32, 64]
 MOST_CELLS = (
     2**25
 )  # of a grid that a search tries: one filter keeps 88 bytes for each, occupied or not

@@ -22,9 +22,9 @@ class GridTarget(Target):
     cells: Cells | None = None
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         if self.cells is not None:
             check_cells(self.cells)
+        super().__post_init__()
 
     @property
     def grid_cells(self) -> Cells:

@@ -10,14 +10,19 @@ P1 .. P2  6 7 8 9          v = j / segments                weight of P2
 
 from __future__ import annotations
 
+from typing import Annotated, TypeAlias
+
 import numpy as np
 import psutil
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, Indices, TriangleMesh
 from lodbench.kernels.driver import Unsupported
+from lodbench.kernels.parameters import Range
 
-MOST_SEGMENTS = 4096
+Segments: TypeAlias = Annotated[int, Range(1, 4096)]
+Amplitude: TypeAlias = Annotated[float, Range(-1, 1)]
+Waves: TypeAlias = Annotated[float, Range(0, 1e4)]
 
 
 def lattice_vertex_count(segments: int) -> int:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.parameters import Range, check
 from lodbench.kernels.program import Launch, Program
 from lodbench.kernels.stages.camera import to_screen
 from lodbench.kernels.stages.look import Look, lights
@@ -17,7 +18,7 @@ from lodbench.kernels.system import DeviceSurface, Frame, View
 
 TILE = 64  # pixels per side
 EMPTY_ID = 0xFFFFFFFF  # what `ids` holds where nothing was drawn
-LARGEST_SIDE = 16384  # pixels; sub-pixel coordinates of the guard band end there
+Side: TypeAlias = Annotated[int, Range(1, 16384)]  # pixels; the guard band of sub-pixels ends there
 FLAGS_OPEN = 16  # words of counters before the flags of the tiles, as in screen.cl
 EMPTY_KEY = (0x3F800000 << 32) | EMPTY_ID  # depth 1 and no triangle, as in screen.cl
 LARGE_PIXELS = 4096  # of a triangle's box: above, and above 1/256 of the image, tiles share it
@@ -72,8 +73,7 @@ class Raster:
         local: int | None = None,
     ) -> None:
         for name, size in (("width", width), ("height", height)):
-            if not 1 <= size <= LARGEST_SIDE:
-                raise ValueError(f"{name}: expected 1 to {LARGEST_SIDE} pixels, got {size}")
+            check(name, size, Side)
         self.device, self.width, self.height = device, width, height
         self.look = look or Look()
         self._view, self._count = view, count

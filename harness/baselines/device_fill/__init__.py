@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.limits import VECTOR, sweep
 from lodbench.kernels.device import Device
+from lodbench.kernels.parameters import Parameters, Range
+from lodbench.kernels.refine.lattice import Segments
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, Footprint, Frame, System, Traffic
 
@@ -23,7 +26,7 @@ VERTEX_BYTES = 24  # a position and a normal of packed floats
 
 
 @dataclass(frozen=True)
-class Params:
+class Params(Parameters):
     """How much is filled, and by what.
 
     Attributes:
@@ -34,17 +37,9 @@ class Params:
             the caches.
     """
 
-    size_bytes: int | None = None
-    segments: int = 16
-    by: str = "kernel"
-
-    def __post_init__(self) -> None:
-        if self.size_bytes is not None and self.size_bytes < 0:
-            raise ValueError(f"size_bytes: expected 0 or more, got {self.size_bytes}")
-        if self.segments < 1:
-            raise ValueError(f"segments: expected 1 or more, got {self.segments}")
-        if self.by not in ("driver", "kernel", "streaming"):
-            raise ValueError(f"by: expected driver, kernel or streaming, got {self.by!r}")
+    size_bytes: Annotated[int, Range(0)] | None = None
+    segments: Segments = 16
+    by: Literal["driver", "kernel", "streaming"] = "kernel"
 
 
 class DeviceFill:

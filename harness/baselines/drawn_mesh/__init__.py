@@ -14,9 +14,10 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.device import Device
+from lodbench.kernels.parameters import Parameters
 from lodbench.kernels.render import mesh_view, upload_surface
 from lodbench.kernels.stages.camera import TABLE_SIZE
-from lodbench.kernels.stages.raster import EMPTY_ID, Raster
+from lodbench.kernels.stages.raster import EMPTY_ID, Raster, Side
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, System, Traffic
 
@@ -29,7 +30,7 @@ TOLERANCE = (
 
 
 @dataclass(frozen=True)
-class Params:
+class Params(Parameters):
     """What is drawn.
 
     Attributes:
@@ -37,8 +38,8 @@ class Params:
         height: of the image, pixels.
     """
 
-    width: int = TABLE_SIZE[0]
-    height: int = TABLE_SIZE[1]
+    width: Side = TABLE_SIZE[0]
+    height: Side = TABLE_SIZE[1]
 
 
 class DrawnMesh:

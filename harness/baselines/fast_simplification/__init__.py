@@ -12,6 +12,7 @@ Source: PyPI package fast-simplification (Forstmann's Fast-Quadric-Mesh-Simplifi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import asked, at_most, meshes, peer
 from lodbench.kernels.device import Device
+from lodbench.kernels.parameters import Range
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import System
 from lodbench.kernels.targets import Target
@@ -33,8 +35,8 @@ class Params(Target):
         longest_side: the model is scaled to this size before, and back after, untimed; None leaves its units.
     """
 
-    aggressiveness: float = 7
-    longest_side: float | None = None
+    aggressiveness: Annotated[float, Range(0)] = 7
+    longest_side: Annotated[float, Range(0, open="low")] | None = None
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.harness.baselines.gl.driver import Canvas, assign, context, view_uniforms
+from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.refine.lattice import (
     lattice_triangles,
     lattice_vertex_count,
@@ -23,6 +24,7 @@ from lodbench.kernels.refine.pattern.host import TOLERANCE
 from lodbench.kernels.refine.pattern.reference import largest_error
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.look import Look
+from lodbench.kernels.stages.raster import Side
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, Footprint, Frame, Traffic, View
 
@@ -32,7 +34,7 @@ CORNERS = ("p0", "p1", "p2", "n0", "n1", "n2")
 
 
 @dataclass(frozen=True)
-class Params:
+class Params(Parameters):
     """What is drawn.
 
     Attributes:
@@ -42,16 +44,10 @@ class Params:
         width, height: of the image, pixels; a frame's view may say otherwise only by being an error.
     """
 
-    segments: int = 1
-    output: str = "image"
-    width: int = 1280
-    height: int = 1024
-
-    def __post_init__(self) -> None:
-        if self.segments < 1:
-            raise ValueError(f"segments: expected at least 1, got {self.segments}")
-        if self.output not in ("image", "points"):
-            raise ValueError(f"output: expected image or points, got {self.output!r}")
+    segments: Annotated[int, Range(1)] = 1
+    output: Literal["image", "points"] = "image"
+    width: Side = 1280
+    height: Side = 1024
 
 
 class Refined(ABC):

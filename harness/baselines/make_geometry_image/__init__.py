@@ -17,7 +17,16 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.kernels.device import Device
-from lodbench.kernels.geometry_image.parameterisation import MODES, Made, full_mesh, make
+from lodbench.kernels.geometry_image.parameterisation import (
+    Level,
+    Made,
+    Mode,
+    Seed,
+    Turn,
+    full_mesh,
+    make,
+)
+from lodbench.kernels.parameters import Parameters
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, System
 
@@ -25,7 +34,7 @@ LEAST_SHARE = 0.01  # of the surface: the quantile of relative area that is repo
 
 
 @dataclass(frozen=True)
-class Params:
+class Params(Parameters):
     """What is made, and how.
 
     Attributes:
@@ -36,19 +45,11 @@ class Params:
         cache: take the sphere from disk, where `prepare` sees to it that it is; False makes it each time.
     """
 
-    n: int = 8
-    mode: str = MODES[0]
-    seed: int = 0
-    turn: str = "best"
+    n: Level = 8
+    mode: Mode = "coarse_to_fine"
+    seed: Seed = 0
+    turn: Turn = "best"
     cache: bool = False
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.n <= 11:
-            raise ValueError(f"n: expected 1 to 11, got {self.n}")
-        if self.mode not in MODES:
-            raise ValueError(f"mode: expected one of {', '.join(MODES)}, got {self.mode!r}")
-        if self.turn not in ("best", "identity"):
-            raise ValueError(f"turn: expected best or identity, got {self.turn!r}")
 
 
 def relative_areas(mesh: TriangleMesh, made: Made) -> tuple[np.ndarray, np.ndarray]:

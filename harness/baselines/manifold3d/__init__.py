@@ -9,7 +9,7 @@ Source: PyPI package manifold3d, Manifold.simplify.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import asked, at_most, meshes, peer
 from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.parameters import Range
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import System
 from lodbench.kernels.targets import Target
@@ -28,7 +29,7 @@ TRIALS = 14  # halvings of the tolerance's logarithm over six decades: to a thou
 class Params(Target):
     """`tolerance`: how far the surface may move, share of the diagonal; None searches for the target's."""
 
-    tolerance: float | None = None
+    tolerance: Annotated[float, Range(0)] | None = None
 
 
 def _search(solid: Any, diagonal: float, target: int) -> float:

@@ -7,6 +7,7 @@ Heckbert 1997.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import asked, at_most, peer, used_only
 from lodbench.kernels.device import Device
+from lodbench.kernels.parameters import Range
 from lodbench.kernels.system import System
 from lodbench.kernels.targets import Target
 
@@ -24,7 +26,7 @@ INSTALL = "pip install --pre meshoptimizer"
 class Params(Target):
     """`target_error`: stop at this error (share of the extent) even above the target; 1 never stops early."""
 
-    target_error: float = 1.0
+    target_error: Annotated[float, Range(0)] = 1.0
 
 
 def prepare(

@@ -16,7 +16,9 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.kernels.device import Device
+from lodbench.kernels.parameters import Parameters
 from lodbench.kernels.refine.lattice import (
+    Segments,
     lattice_vertex_count,
     lattice_weights,
     refined_mesh,
@@ -33,10 +35,10 @@ BLOCK = (
 
 
 @dataclass(frozen=True)
-class Params:
+class Params(Parameters):
     """`segments`: parts that each coarse edge is cut into, 1 to 4096."""
 
-    segments: int = 16
+    segments: Segments = 16
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:

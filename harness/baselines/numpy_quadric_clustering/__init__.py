@@ -20,6 +20,7 @@ from lodbench.harness.baselines.simplifier import found_grid, unchanged
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering import Params as KernelParams
 from lodbench.kernels.cluster.quadric_clustering.judge import judge
+from lodbench.kernels.cluster.quadric_clustering.params import Placement
 from lodbench.kernels.cluster.quadric_clustering.reference import simplify
 from lodbench.kernels.cluster.survivors import host_survivors
 from lodbench.kernels.cluster.target import GridTarget
@@ -40,12 +41,8 @@ class Params(GridTarget):
         remove_duplicates: keep only the first of output triangles with the same three vertices.
     """
 
-    placement: str = "robust"
+    placement: Placement = "robust"
     remove_duplicates: bool = False
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.kernel()
 
     def kernel(self) -> KernelParams:
         """The kernels' parameters for the same output."""

@@ -10,13 +10,14 @@ Source: Wang et al., introduction and section 3.2; Zhu, Liu & Zhang 2013, as far
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.kernels.device import Device
-from lodbench.kernels.geometry_image.parameterisation import topology
+from lodbench.kernels.geometry_image.parameterisation import Level, Seed, Turn, topology
 from lodbench.kernels.geometry_image.quadtree_lod import Params as KernelParams
 from lodbench.kernels.geometry_image.quadtree_lod.fit import pyramid
 from lodbench.kernels.geometry_image.quadtree_lod.host import image_of
@@ -28,12 +29,13 @@ from lodbench.kernels.geometry_image.quadtree_lod.reference import (
 )
 from lodbench.kernels.geometry_image.quadtree_lod.tree import unit_scale
 from lodbench.kernels.geometry_image.quadtree_lod.view import Detail
+from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, System
 
 
 @dataclass(frozen=True)
-class Params:
+class Params(Parameters):
     """How much detail; the words mean what they mean for the kernels.
 
     Attributes:
@@ -44,14 +46,11 @@ class Params:
         cache: keep the sphere on disk.
     """
 
-    n: int = 8
-    threshold: float = 0.001
-    seed: int = 0
-    turn: str = "best"
+    n: Level = 8
+    threshold: Annotated[float, Range(0)] = 0.001
+    seed: Seed = 0
+    turn: Turn = "best"
     cache: bool = True
-
-    def __post_init__(self) -> None:
-        self.kernel()
 
     def kernel(self) -> KernelParams:
         """The kernels' parameters for the same output."""

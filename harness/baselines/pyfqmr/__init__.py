@@ -6,6 +6,7 @@ Source: PyPI package pyfqmr (Forstmann's Fast-Quadric-Mesh-Simplification, after
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import asked, at_most, meshes, peer
 from lodbench.kernels.device import Device
+from lodbench.kernels.parameters import Range
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import System
 from lodbench.kernels.targets import Target
@@ -22,7 +24,7 @@ from lodbench.kernels.targets import Target
 class Params(Target):
     """`aggressiveness`: exponent of the threshold's growth; `preserve_border`: open edges stay."""
 
-    aggressiveness: float = 7
+    aggressiveness: Annotated[float, Range(0)] = 7
     preserve_border: bool = False
 
 

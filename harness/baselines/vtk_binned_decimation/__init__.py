@@ -9,11 +9,13 @@ Source: PyPI package vtk; Rossignac & Borrel 1993.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines import vtk_mesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import peer
+from lodbench.harness.baselines.vtk_mesh import IndexBits
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.device import Device
 from lodbench.kernels.system import System
@@ -30,13 +32,8 @@ class Params(GridTarget):
         index_bits: 32 or 64, of the input's cells.
     """
 
-    points: str = "bin_points"
-    index_bits: int = 32
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.points not in POINTS:
-            raise ValueError(f"points: expected one of {', '.join(POINTS)}, got {self.points!r}")
+    points: Literal["bin_points", "bin_centers", "bin_averages"] = "bin_points"
+    index_bits: IndexBits = 32
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:

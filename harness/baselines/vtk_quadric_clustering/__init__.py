@@ -11,6 +11,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines import vtk_mesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import peer
+from lodbench.harness.baselines.vtk_mesh import IndexBits
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.device import Device
 from lodbench.kernels.system import System
@@ -20,7 +21,7 @@ from lodbench.kernels.system import System
 class Params(GridTarget):
     """A grid, or how many triangles it is to leave; `index_bits`: 32 or 64, of the input's cells."""
 
-    index_bits: int = 64
+    index_bits: IndexBits = 64
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:

@@ -43,7 +43,9 @@ def simplify(
     fewer leaves none at all) and `counting_passes`. Where all triangles are asked for the result is the mesh as it
     came, points that no triangle uses among them.
     """
-    params = Params(cells, target_reduction=target_reduction, target_count=target_count, **options)
+    params = Params.named(
+        cells=cells, target_reduction=target_reduction, target_count=target_count, **options
+    )
     prepared = prepare(device, mesh, params)
     frame = run(device, prepared)
     simplified = prepared.result()[0]

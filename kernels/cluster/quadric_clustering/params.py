@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
 from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.parameters import Range
+
+Placement = Literal["robust", "paper", "average"]
 
 
 @dataclass(frozen=True)
@@ -25,21 +29,8 @@ class Params(GridTarget):
             a target counts what is left.
     """
 
-    placement: str = "robust"
-    strategy: str = "fused"
-    accumulate: str = "auto"
-    chunks: int = 2
+    placement: Placement = "robust"
+    strategy: Literal["fused", "separate"] = "fused"
+    accumulate: Literal["auto", "private", "fixed_point"] = "auto"
+    chunks: Annotated[int, Range(1, 4)] = 2
     remove_duplicates: bool = False
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name, allowed in (
-            ("placement", ("robust", "paper", "average")),
-            ("strategy", ("fused", "separate")),
-            ("accumulate", ("auto", "private", "fixed_point")),
-        ):
-            if getattr(self, name) not in allowed:
-                expected = ", ".join(allowed)
-                raise ValueError(f"{name}: expected one of {expected}, got {getattr(self, name)!r}")
-        if not 1 <= self.chunks <= 4:
-            raise ValueError(f"chunks: expected 1 to 4, got {self.chunks}")

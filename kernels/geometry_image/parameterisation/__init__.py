@@ -13,14 +13,15 @@ from lodbench.kernels.geometry_image.parameterisation.image import (
     geometry_image,
     make,
 )
+from lodbench.kernels.geometry_image.parameterisation.params import MODES, Level, Mode, Seed, Turn
 from lodbench.kernels.geometry_image.parameterisation.spherical import (
-    MODES,
     NotOneToOne,
     SphericalMap,
     spherical_map,
 )
 
 __all__ = [
-    "MODES", "Made", "NotOneToOne", "NotSpherical", "SphericalMap", "as_pictures", "full_mesh", "geometry_image",
+    "Level", "MODES", "Made", "Mode", "NotOneToOne", "NotSpherical", "Seed", "SphericalMap", "Turn", "as_pictures",
+    "full_mesh", "geometry_image",
     "make", "spherical_map", "topology",
 ]  # fmt: skip

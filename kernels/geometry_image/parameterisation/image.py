@@ -18,13 +18,13 @@ from lodbench.kernels.geometry_image.parameterisation.cache import (
 )
 from lodbench.kernels.geometry_image.parameterisation.hierarchy import Points
 from lodbench.kernels.geometry_image.parameterisation.locate import Locator
+from lodbench.kernels.geometry_image.parameterisation.params import Level, Seed, Turn
 from lodbench.kernels.geometry_image.parameterisation.spherical import (
     Progress,
     SphericalMap,
     spherical_map,
 )
-
-LARGEST = 11
+from lodbench.kernels.parameters import check
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,10 +88,8 @@ def make(
     progress: Progress | None = None,
 ) -> Made:
     """`geometry_image`, with what was learnt on the way; see there."""
-    if not 1 <= n <= LARGEST:
-        raise ValueError(f"n: expected 1 to {LARGEST}, got {n}")
-    if turn not in ("best", "identity"):
-        raise ValueError(f"turn: expected best or identity, got {turn!r}")
+    n, seed = check("n", n, Level), check("seed", seed, Seed)
+    check("turn", turn, Turn)
     seconds: dict[str, float] = {}
     start = time.perf_counter()
 

@@ -20,8 +20,9 @@ from lodbench.kernels.geometry_image.parameterisation.cache import (
 from lodbench.kernels.geometry_image.parameterisation.checks import require_sphere
 from lodbench.kernels.geometry_image.parameterisation.device_stars import DeviceSweep
 from lodbench.kernels.geometry_image.parameterisation.hierarchy import Faces, Points
+from lodbench.kernels.geometry_image.parameterisation.params import MODES, Mode
+from lodbench.kernels.parameters import check
 
-MODES = ("coarse_to_fine", "cmcf", "ray")
 METHOD = 1  # part of the cache's key: another number for another way of computing
 
 Progress = Callable[[str, float, "float | None"], None]
@@ -107,8 +108,7 @@ def spherical_map(
     Source: Praun & Hoppe 2003 (`coarse_to_fine`, a reconstruction); Kazhdan, Solomon & Ben-Chen 2012 (`cmcf`);
     Wang et al., section 2 (`ray`).
     """
-    if mode not in MODES:
-        raise ValueError(f"mode: expected one of {', '.join(MODES)}, got {mode!r}")
+    check("mode", mode, Mode)
     surface, triangles, used = require_sphere(mesh)
     on_device = mode == MODES[0] and device is not None and DeviceSweep.possible(device)
     maker = device.facts.driver if on_device and device is not None else "host"

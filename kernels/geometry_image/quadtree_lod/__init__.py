@@ -16,21 +16,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.api import Result
 from lodbench.kernels.device import Device
-from lodbench.kernels.geometry_image.parameterisation import MODES
+from lodbench.kernels.geometry_image.parameterisation import Level, Mode, Seed, Turn
 from lodbench.kernels.geometry_image.quadtree_lod.host import QuadtreeLod, prepare
+from lodbench.kernels.parameters import Range
 from lodbench.kernels.system import System, run
 from lodbench.kernels.targets import Target, missed
 
 __all__ = ["Params", "SYSTEM", "QuadtreeLod", "simplify"]
-
-VIEWS = ("global", "node", "none")
 
 
 @dataclass(frozen=True)
@@ -57,32 +56,16 @@ class Params(Target):
         cache: keep the sphere on disk.
     """
 
-    n: int = 8
-    threshold: float = 0.001
-    pixels: float = 1.0
-    view: str = "global"
-    placement: str = "samples"
-    measure: str = "distance"
-    mode: str = MODES[0]
-    seed: int = 0
-    turn: str = "best"
+    n: Level = 8
+    threshold: Annotated[float, Range(0)] = 0.001
+    pixels: Annotated[float, Range(0, open="low")] = 1.0
+    view: Literal["global", "node", "none"] = "global"
+    placement: Literal["samples", "fitted"] = "samples"
+    measure: Literal["distance", "share"] = "distance"
+    mode: Mode = "coarse_to_fine"
+    seed: Seed = 0
+    turn: Turn = "best"
     cache: bool = True
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not 1 <= self.n <= 11:
-            raise ValueError(f"n: expected 1 to 11, got {self.n}")
-        if not (math.isfinite(self.threshold) and self.threshold >= 0):
-            raise ValueError(f"threshold: expected 0 or more, got {self.threshold}")
-        if not (math.isfinite(self.pixels) and self.pixels > 0):
-            raise ValueError(f"pixels: expected more than 0, got {self.pixels}")
-        for name, allowed in (
-            ("view", VIEWS), ("placement", ("samples", "fitted")),
-            ("measure", ("distance", "share")), ("mode", MODES), ("turn", ("best", "identity")),
-        ):  # fmt: skip
-            if getattr(self, name) not in allowed:
-                expected = ", ".join(allowed)
-                raise ValueError(f"{name}: expected one of {expected}, got {getattr(self, name)!r}")
 
 
 def level_for(triangle_count: int) -> int:
@@ -123,7 +106,7 @@ def simplify(
         options = {"placement": "fitted", "measure": "share"} | options
     if isinstance(mesh, TriangleMesh):
         options.setdefault("n", level_for(mesh.triangle_count))
-    params = Params(target_reduction=target_reduction, target_count=target_count, **options)
+    params = Params.named(target_reduction=target_reduction, target_count=target_count, **options)
     if isinstance(mesh, TriangleMesh) and target == mesh.triangle_count:
         own = np.arange(mesh.vertex_count, dtype=np.uint32)
         counters = {"vertices": mesh.vertex_count, "triangles": target, **missed(target, target)}

@@ -9,10 +9,13 @@ Source: Gu, Gortler & Hoppe 2002, section 1 (level of detail by mip-mapping the 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.geometry_image import quadtree_lod
+from lodbench.kernels.geometry_image.parameterisation import Level, Seed, Turn
 from lodbench.kernels.geometry_image.uniform_grid.host import prepare
+from lodbench.kernels.parameters import Range
 from lodbench.kernels.system import System
 from lodbench.kernels.targets import Target
 
@@ -29,17 +32,16 @@ class Params(Target):
         cache: keep the sphere on disk.
     """
 
-    n: int = 8
-    cells: int | None = None
-    seed: int = 0
-    turn: str = "best"
+    n: Level = 8
+    cells: Annotated[int, Range(2)] | None = None
+    seed: Seed = 0
+    turn: Turn = "best"
     cache: bool = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.layout()
-        if self.cells is not None and (self.cells < 2 or self.cells % 2):
-            raise ValueError(f"cells: expected an even number from 2, got {self.cells}")
+        if self.cells is not None and self.cells % 2:
+            raise ValueError(f"cells: expected an even number, got {self.cells}")
 
     def layout(self) -> quadtree_lod.Params:
         """The parameters of making the image."""

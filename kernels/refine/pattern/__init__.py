@@ -10,14 +10,15 @@ Source: Boubekeur & Schlick, Generic Mesh Refinement on GPU, Graphics Hardware 2
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.api import Result
 from lodbench.kernels.device import Device
-from lodbench.kernels.refine.lattice import MOST_SEGMENTS, check_room
+from lodbench.kernels.parameters import Parameters, Range, check
+from lodbench.kernels.refine.lattice import Amplitude, Segments, Waves, check_room
 from lodbench.kernels.refine.pattern.host import Pattern, prepare
 from lodbench.kernels.system import Frame, System, run
 
@@ -25,7 +26,7 @@ __all__ = ["Params", "Pattern", "SYSTEM", "refine"]
 
 
 @dataclass(frozen=True)
-class Params:
+class Params(Parameters):
     """How to refine.
 
     Attributes:
@@ -39,29 +40,19 @@ class Params:
         near: distance of the eye from the box, in diagonals, up to which the finest level is shown.
     """
 
-    segments: int = 16
-    levels: int = 1
-    draw: str = "batched"
-    amplitude: float = 0.0
-    waves: float = 8.0
-    near: float = 1.0
+    segments: Segments = 16
+    levels: Annotated[int, Range(1, 13)] = 1
+    draw: Literal["batched", "per_triangle"] = "batched"
+    amplitude: Amplitude = 0.0
+    waves: Waves = 8.0
+    near: Annotated[float, Range(0, open="low")] = 1.0
 
     def __post_init__(self) -> None:
-        if not 1 <= self.segments <= MOST_SEGMENTS:
-            raise ValueError(f"segments: expected 1 to {MOST_SEGMENTS}, got {self.segments}")
-        if not 1 <= self.levels <= 13 or self.segments % (1 << (self.levels - 1)):
+        super().__post_init__()
+        if self.segments % (1 << (self.levels - 1)):
             raise ValueError(
                 f"levels: expected halvings of {self.segments} segments, got {self.levels}"
             )
-        if self.draw not in ("batched", "per_triangle"):
-            raise ValueError(f"draw: expected batched or per_triangle, got {self.draw!r}")
-        if not (abs(self.amplitude) <= 1 and 0 <= self.waves <= 1e4):
-            raise ValueError(
-                "amplitude, waves: expected -1 to 1 and 0 to 10000, "
-                f"got {self.amplitude} and {self.waves}"
-            )
-        if not self.near > 0:
-            raise ValueError(f"near: expected a positive number, got {self.near}")
 
 
 def refine(
@@ -78,7 +69,8 @@ def refine(
     Welded, the coarse vertices in use come first and `vertex_map` says where; else there is none, since every coarse
     triangle has its own.
     """
-    params = Params(segments, **options)
+    params = Params.named(segments=segments, **options)
+    check("weld", weld, bool), check("time", time, float)
     check_room(mesh.triangle_count, segments)
     prepared = prepare(device, mesh, params)
     frame = run(device, prepared, Frame(time=time))

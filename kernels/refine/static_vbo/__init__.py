@@ -11,12 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.parameters import Parameters
+from lodbench.kernels.refine.lattice import Amplitude, Segments, Waves
 from lodbench.kernels.refine.static_vbo.host import prepare
 from lodbench.kernels.system import System
 
 
 @dataclass(frozen=True)
-class Params:
+class Params(Parameters):
     """What is stored.
 
     Attributes:
@@ -26,9 +28,9 @@ class Params:
         waves: of that sine per bounding-box diagonal.
     """
 
-    segments: int = 16
-    amplitude: float = 0.0
-    waves: float = 8.0
+    segments: Segments = 16
+    amplitude: Amplitude = 0.0
+    waves: Waves = 8.0
 
 
 SYSTEM = System(

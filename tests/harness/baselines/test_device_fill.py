@@ -35,11 +35,13 @@ def test_device_fill_check_sees_a_word_that_was_not_filled(device):
 
 
 def test_device_fill_refuses_bad_params_and_too_much(device):
-    with pytest.raises(ValueError, match="size_bytes: expected 0 or more, got -1"):
+    with pytest.raises(ValueError, match="size_bytes: expected at least 0, got -1"):
         Params(size_bytes=-1)
-    with pytest.raises(ValueError, match="segments: expected 1 or more, got 0"):
+    with pytest.raises(ValueError, match="segments: expected 1 to 4096, got 0"):
         Params(segments=0)
-    with pytest.raises(ValueError, match="by: expected driver, kernel or streaming, got 'hand'"):
+    with pytest.raises(
+        ValueError, match="by: expected one of driver, kernel, streaming, got 'hand'"
+    ):
         Params(by="hand")
     with pytest.raises(Unsupported, match="values: needs 4,096 bytes"):
         SYSTEM.prepare(Device(device.handle, memory_limit=100), TRIANGLE, Params(size_bytes=4096))

@@ -372,7 +372,7 @@ def test_pictures_span_the_box(device):
         ({"n": 0}, "n: expected 1 to 11, got 0"),
         ({"n": 12}, "n: expected 1 to 11, got 12"),
         ({"mode": "tutte"}, "mode: expected one of coarse_to_fine, cmcf, ray"),
-        ({"turn": "left"}, "turn: expected best or identity"),
+        ({"turn": "left"}, "turn: expected one of best, identity"),
     ],
 )
 def test_arguments_out_of_range_are_refused(wrong, said):

@@ -348,7 +348,7 @@ def test_no_triangles_in_no_triangles_out(device):
     ("wrong", "said"),
     [
         ({"n": 12}, "n: expected 1 to 11"),
-        ({"threshold": -1.0}, "threshold: expected 0 or more"),
+        ({"threshold": -1.0}, "threshold: expected at least 0"),
         ({"pixels": 0.0}, "pixels: expected more than 0"),
         ({"view": "all"}, "view: expected one of global, node, none"),
         ({"placement": "free"}, "placement: expected one of samples, fitted"),

@@ -300,9 +300,9 @@ def test_pattern_of_any_triangles_agrees_with_reference_and_welds(device, points
     [
         ({"segments": 0}, "segments: expected 1 to 4096, got 0"),
         ({"segments": 12, "levels": 4}, "levels: expected halvings of 12 segments, got 4"),
-        ({"draw": "all"}, "draw: expected batched or per_triangle, got 'all'"),
-        ({"amplitude": 2.0}, "amplitude, waves: expected"),
-        ({"near": 0.0}, "near: expected a positive number, got 0.0"),
+        ({"draw": "all"}, "draw: expected one of batched, per_triangle, got 'all'"),
+        ({"amplitude": 2.0}, "amplitude: expected -1 to 1, got 2.0"),
+        ({"near": 0.0}, "near: expected more than 0, got 0.0"),
     ],
 )
 def test_pattern_refuses_wrong_params(params, text):
@@ -312,7 +312,7 @@ def test_pattern_refuses_wrong_params(params, text):
 
 def test_pattern_refuses_coordinates_that_overflow(device):
     with pytest.raises(ValueError, match="points: expected coordinates up to 1e38"):
-        prepare(device, TriangleMesh([[2e38, 0, 0]] * 3, [[0, 1, 2]]), Params(2))
+        prepare(device, TriangleMesh(np.float32([[2e38, 0, 0]] * 3), [[0, 1, 2]]), Params(2))
 
 
 def test_refine_maps_coarse_vertices(device):

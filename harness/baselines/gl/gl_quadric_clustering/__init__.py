@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from lodbench.harness.baselines.simplifier import found_grid, unchanged
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering import Params as KernelParams
 from lodbench.kernels.cluster.quadric_clustering.judge import judge
+from lodbench.kernels.cluster.quadric_clustering.params import Placement
 from lodbench.kernels.cluster.quadric_clustering.reference import simplify
 from lodbench.kernels.cluster.survivors import host_survivors
 from lodbench.kernels.cluster.target import GridTarget
@@ -30,7 +31,7 @@ from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, Footprint, Frame, System, Traffic
 
 STAGE = "draw"
-PLACEMENTS = ("robust", "paper", "average")
+PLACEMENTS: tuple[str, ...] = get_args(Placement)
 RECORD = np.dtype([("point", "3f4"), ("cell", "i4")])
 
 
@@ -42,11 +43,7 @@ class Params(GridTarget):
         placement: "robust", "paper" or "average".
     """
 
-    placement: str = "robust"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        KernelParams(self.cells, self.placement)
+    placement: Placement = "robust"
 
 
 class QuadricClustering:

@@ -80,5 +80,5 @@ def test_tessellation_past_the_drivers_limit_is_unsupported(device):
 def test_params_are_checked():
     with pytest.raises(ValueError, match="segments: expected at least 1, got 0"):
         Params(0)
-    with pytest.raises(ValueError, match="output: expected image or points, got 'film'"):
+    with pytest.raises(ValueError, match="output: expected one of image, points, got 'film'"):
         Params(1, "film")

@@ -1,0 +1,155 @@
+"""One validation of arguments and of every system's Params: against their annotations, in one form of words."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import types
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from numbers import Integral, Real
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+P = TypeVar("P", bound="Parameters")
+
+
+@dataclass(frozen=True)
+class Range:
+    """Which numbers an `Annotated[int, Range(1, 4)]` takes: both ends belong to it, unless said to be `open`."""
+
+    low: float
+    high: float | None = None
+    open: str = ""  # "low", "high"
+
+    def __contains__(self, value: float) -> bool:
+        above = value > self.low if self.open == "low" else value >= self.low
+        if self.high is None:
+            return above
+        return above and (value < self.high if self.open == "high" else value <= self.high)
+
+    def __str__(self) -> str:
+        if self.high is None:
+            return f"more than {self.low:g}" if self.open == "low" else f"at least {self.low:g}"
+        low = f"above {self.low:g}" if self.open == "low" else f"{self.low:g}"
+        return f"{low} to {'below ' if self.open == 'high' else ''}{self.high:.10g}"
+
+
+def _words(kind: Any) -> str:
+    """The annotation as people say it."""
+    simple = {
+        int: "a whole number", float: "a number", bool: "True or False", str: "text", type(None): "None",
+    }  # fmt: skip
+    if kind in simple:
+        return simple[kind]
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        return f"{_words(arguments[0])}, {arguments[1]}"
+    if origin is Literal:
+        return f"one of {', '.join(map(str, arguments))}"
+    if origin in (Union, types.UnionType):
+        return " or ".join(_words(argument) for argument in arguments)
+    if origin is tuple:
+        return f"({', '.join(_words(argument) for argument in arguments)})"
+    return getattr(kind, "__name__", str(kind))
+
+
+def check(name: str, value: Any, kind: Any) -> Any:
+    """`value` as the annotation `kind` has it: numpy's numbers become Python's, a list a tuple.
+
+    Args:
+        name: of the argument, for the error.
+        value: what came.
+        kind: int, float (finite; takes whole numbers too), bool, str, None, Literal of texts, Annotated with a `Range`,
+            a tuple of such, a union of such, or a class.
+
+    Raises:
+        TypeError: another type; a float is no whole number even where its value is, and True no number.
+        ValueError: a text or number out of range, NaN or infinity.
+    """
+    origin, arguments = get_origin(kind), get_args(kind)
+    if kind is Any:
+        return value
+    if origin is Annotated:
+        found = check(name, value, arguments[0])
+        if found not in arguments[1]:
+            raise ValueError(f"{name}: expected {arguments[1]}, got {value}")
+        return found
+    if origin is Literal:
+        if value not in arguments:
+            wrong = ValueError if type(value) in map(type, arguments) else TypeError
+            raise wrong(f"{name}: expected {_words(kind)}, got {value!r}")
+        return value
+    if origin in (Union, types.UnionType):
+        return _of_union(name, value, kind)
+    if origin is tuple and isinstance(value, tuple | list | np.ndarray):
+        if len(value) == len(arguments):
+            return tuple(check(name, v, k) for v, k in zip(value, arguments, strict=True))
+    elif kind in (int, float) and not isinstance(value, bool | np.bool_):
+        if isinstance(value, Integral):
+            return int(value)
+        if kind is float and isinstance(value, Real):
+            if not math.isfinite(value):
+                raise ValueError(f"{name}: expected a finite number, got {value}")
+            return float(value)
+    elif kind is bool and isinstance(value, bool | np.bool_):
+        return bool(value)
+    elif origin is None and kind not in (int, float, bool) and isinstance(value, kind):
+        return value
+    raise TypeError(f"{name}: expected {_words(kind)}, got {value!r}")
+
+
+def _of_union(name: str, value: Any, kind: Any) -> Any:
+    for argument in get_args(kind):
+        if argument is type(None):
+            if value is None:
+                return None
+            continue
+        try:
+            return check(name, value, argument)
+        except TypeError:
+            continue
+    raise TypeError(f"{name}: expected {_words(kind)}, got {value!r}")
+
+
+def closest(argument: str, got: str, names: Iterable[str]) -> str:
+    """The text of an error about an unknown name: the nearest names, or all when none is near."""
+    names = sorted(names)
+    near = difflib.get_close_matches(got, names, n=3, cutoff=0.5)
+    near += [name for name in names if got and got in name and name not in near]
+    kind = "one like" if near else "one of"
+    return f"{argument}: expected {kind} {', '.join(near or names)}, got {got!r}"
+
+
+@cache
+def _kinds(owner: type) -> Mapping[str, Any]:
+    hints = get_type_hints(owner, include_extras=True)
+    return {field.name: hints[field.name] for field in dataclasses.fields(owner)}
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """The base of every system's Params: each field is checked against its annotation when one is made.
+
+    Raises:
+        TypeError, ValueError: see `check`.
+    """
+
+    def __post_init__(self) -> None:
+        for name, kind in _kinds(type(self)).items():
+            object.__setattr__(self, name, check(name, getattr(self, name), kind))
+
+    @classmethod
+    def named(cls: type[P], **values: Any) -> P:
+        """As the class itself, for names that a user wrote.
+
+        Raises:
+            TypeError: an unknown name, with those close to it.
+        """
+        for name in values:
+            if name not in _kinds(cls):
+                raise TypeError(closest("option", name, _kinds(cls)))
+        return cls(**values)
