@@ -253,5 +253,5 @@ def _end(code: int, text: str, debug: bool) -> int:
         interrupt.over()
     if debug:
         traceback.print_exc()
-    typer.echo(f"{'stopped' if code == 130 else 'error'}: {text}", err=True)
+    say(f"{'stopped' if code == 130 else 'error'}: {text}", err=True)
     return code

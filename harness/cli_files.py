@@ -11,6 +11,8 @@ from typing import Annotated, Any
 
 import typer
 
+from lodbench.harness.terminal import say
+
 InArgument = Annotated[
     Path,
     typer.Argument(
@@ -135,18 +137,18 @@ class Target:
         """
         lost = [name for name in source.attributes() if name not in kept]
         if lost and not (self.piped and json_output):
-            typer.echo(f"note: {self.path} lacks what the input has: {', '.join(lost)}", err=True)
+            say(f"note: {self.path} lacks what the input has: {', '.join(lost)}", err=True)
         return lost
 
     def say(self, text: str) -> None:
         """A line about what was written."""
-        typer.echo(text, err=self.piped)
+        say(text, err=self.piped)
 
     def say_json(self, facts: Mapping[str, Any]) -> None:
         """A JSON document about what was written."""
         from lodbench.harness.record import plain
 
-        typer.echo(json.dumps(plain(facts), indent=1), err=self.piped)
+        say(json.dumps(plain(facts), indent=1), err=self.piped)
 
 
 class MeshTarget(Target):

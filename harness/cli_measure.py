@@ -82,7 +82,7 @@ def measure(
 def _tell_left_out(left_out: Sequence[str], folder: Path) -> None:
     if left_out:
         names = "; ".join(left_out)
-        typer.echo(
+        say(
             f"the time budget left out or cut short {len(left_out)} groups ({names}): "
             f"go on with --resume --out {folder}",
             err=True,

@@ -277,5 +277,5 @@ def fetch(
     """
     from lodbench.datasets_gen import catalogue
 
-    for path in catalogue.fetch(names or None, lambda line: typer.echo(line, err=True)):
+    for path in catalogue.fetch(names or None, lambda line: say(line, err=True)):
         say(str(path))

@@ -8,8 +8,6 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import typer
-
 PIPE_COLUMNS = 1000  # a pipe or file has no width of its own: lines are as long as they need to be
 LONGEST_WORD = 40  # columns; longer words, such as paths in a reason, are folded
 NAMES = ("dataset", "system")  # stand in every part of a table too wide for the terminal
@@ -34,21 +32,23 @@ def say_in_any_encoding() -> None:
             stream.reconfigure(errors="lodbench")
 
 
-def say(text: str = "") -> None:
-    """A line on standard output."""
-    typer.echo(text)
+def say(text: str = "", err: bool = False) -> None:
+    """A line on standard output, or with `err` on standard error."""
+    stream = sys.stderr if err else sys.stdout
+    stream.write(f"{text}\n")
+    stream.flush()
 
 
 def hint(text: str) -> None:
     """A line on standard error that may help and is no error."""
-    typer.echo(f"hint: {text}", err=True)
+    say(f"hint: {text}", err=True)
 
 
 def say_json(value: Any) -> None:
     """A JSON document on standard output."""
     from lodbench.harness.record import plain
 
-    typer.echo(json.dumps(plain(value), indent=1))
+    say(json.dumps(plain(value), indent=1))
 
 
 def _least(label: str, cells: Sequence[str], is_text: bool) -> int:
