@@ -275,7 +275,9 @@ def compare(
     keep: FilterOption = None,
     json_output: JsonOption = False,
 ) -> None:
-    """Match two runs row by row; exit code 1 when B is slower beyond threshold and noise, or fails.
+    """Match two runs row by row; exit code 1 where B is slower, fails, is worse, or has other rows.
+
+    Slower: beyond threshold and noise. Worse: error, topology or the number of triangles.
 
     Example: lodbench compare results/reference/pocl-amd-epyc results/pocl-amd-epyc/2026-11-22-1a2b3c4
     """
@@ -291,5 +293,9 @@ def compare(
         say_rows(comparison.COLUMNS, found["rows"])
         if not found["same_machine"]:
             say("the two runs are of different machines or devices: times say little")
-        say(f"{found['regressions']} regressions in {len(found['rows'])} rows")
+        for row in found["rows"]:
+            if row["verdict"] in comparison.WORSE:
+                names = " ".join(str(row[key]) for key in ("table", "group", "system"))
+                say(f"{row['verdict']}: {names}: {row['why']}")
+        say(f"{found['regressions']} regressions or unmatched in {len(found['rows'])} rows")
     raise typer.Exit(1 if found["regressions"] else 0)

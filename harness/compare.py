@@ -12,6 +12,12 @@ from lodbench.harness.record import RunRecord, SubjectRecord
 from lodbench.harness.timing import unpaired_ratio
 
 THRESHOLD = 0.10  # a slowdown below this share is no regression, however sure
+ERRORS = {"rms_error": 0.01, "rms_error_back": 0.01, "max_error": 0.05}
+"""How much larger, as a share, an error may be. With one seed the same mesh is sampled alike to the bit; another seed, or
+other roundings of the same vertices, move a root mean square by less than this, and the largest of all samples more."""
+TOPOLOGY = ("open_edges", "nonmanifold_edges", "flipped_triangles")
+WORSE = ("regression", "missing", "new")
+"""Verdicts for which a comparison fails."""
 COLUMNS = [
     {"key": key, "label": label, "unit": unit}
     for key, label, unit in (
@@ -25,7 +31,10 @@ COLUMNS = [
         ("ratio_high", "high", "1"),
         ("rms_error_a", "error A", "1"),
         ("rms_error_b", "error B", "1"),
+        ("triangles_a", "triangles A", ""),
+        ("triangles_b", "triangles B", ""),
         ("verdict", "verdict", ""),
+        ("why", "why", ""),
     )
 ]
 
@@ -36,8 +45,8 @@ def _subjects(run: RunRecord) -> Iterator[tuple[tuple[str, str, str], SubjectRec
             yield (group.table, group.name, subject.label), subject
 
 
-def _quality(subject: SubjectRecord) -> float | None:
-    return (subject.quality or {}).get("rms_error")
+def _quality(subject: SubjectRecord | None, key: str) -> float | None:
+    return ((subject and subject.quality) or {}).get(key)
 
 
 def compare(
@@ -48,9 +57,14 @@ def compare(
 ) -> dict[str, Any]:
     """Every row that either run has, with the ratio of median wall times b / a and its 95 % interval.
 
-    A row is a `regression` when b failed where a had passed, or when the whole interval lies above 1 + threshold;
-    `faster` when the whole interval lies below 1 - threshold; otherwise `same`. Rows of one run only are `missing`
-    or `new`. With fewer than 3 samples on a side there is no interval, and nothing is said (`too few`).
+    A row is a `regression` when b failed or was skipped where a had passed, when the whole interval lies above
+    1 + threshold, or when the result is worse: a larger error beyond `ERRORS`, more open, non-manifold or flipped edges
+    and triangles, another number of triangles; `why` names each. It is `faster` when the whole interval lies below
+    1 - threshold; otherwise `same`. Rows of one run only are `missing` or `new`. With fewer than 3 samples on a side
+    there is no interval, and nothing is said of time (`too few`).
+
+    Raises:
+        ValueError: no row is in both.
     """
     before, after = dict(_subjects(a)), dict(_subjects(b))
     rows = []
@@ -63,11 +77,14 @@ def compare(
             "status_a": old.status if old else None,
             "status_b": new.status if new else None,
             "ratio": None, "ratio_low": None, "ratio_high": None, "wall_s_a": None, "wall_s_b": None,
-            "rms_error_a": _quality(old) if old else None,
-            "rms_error_b": _quality(new) if new else None,
+            "rms_error_a": _quality(old, "rms_error"), "rms_error_b": _quality(new, "rms_error"),
+            "triangles_a": old.counters.get("triangles") if old else None,
+            "triangles_b": new.counters.get("triangles") if new else None,
         }  # fmt: skip
-        row["verdict"] = _judge(row, old, new, threshold)
+        row["verdict"], row["why"] = _judge(row, old, new, threshold)
         rows.append(row)
+    if not any(row["verdict"] not in ("missing", "new") for row in rows):
+        raise ValueError(f"B: expected a run that has rows of {a.folder}, got none in {b.folder}")
     machines = [
         (run.environment["device"]["name"], run.environment["machine"]["cpu"]) for run in (a, b)
     ]
@@ -77,31 +94,50 @@ def compare(
         "same_machine": machines[0] == machines[1],
         "threshold": threshold,
         "rows": rows,
-        "regressions": sum(row["verdict"] == "regression" for row in rows),
+        "regressions": sum(row["verdict"] in WORSE for row in rows),
     }
 
 
 def _judge(
     row: dict[str, Any], old: SubjectRecord | None, new: SubjectRecord | None, threshold: float
-) -> str:
+) -> tuple[str, str]:
+    """The verdict, and why."""
     if new is None:
-        return "missing"
+        return "missing", "in A alone"
     if old is None:
-        return "new"
-    if old.status == "ok" and new.status == "failed":
-        return "regression"
-    if old.status != "ok" or new.status != "ok":
-        return "not measured"
+        return "new", "in B alone"
+    if old.status == "ok" and new.status != "ok":
+        return "regression", f"{new.status}: {new.reason}"
+    if old.status != "ok":
+        return "not measured", f"A: {old.status}"
+    worse = _worse_results(row, old, new)
     first, second = list(old.wall_s.values()), list(new.wall_s.values())
-    ratio = unpaired_ratio(second, first)
-    if ratio is None:
-        return "not measured"
-    row |= {
-        "ratio": ratio.median, "ratio_low": ratio.low, "ratio_high": ratio.high,
-        "wall_s_a": float(np.median(first)), "wall_s_b": float(np.median(second)),
-    }  # fmt: skip
-    if ratio.low is None or ratio.high is None:
-        return "too few"
-    if ratio.low > 1 + threshold:
-        return "regression"
-    return "faster" if ratio.high < 1 - threshold else "same"
+    verdict, ratio = "not measured", unpaired_ratio(second, first)
+    if ratio is not None:
+        row |= {
+            "ratio": ratio.median, "ratio_low": ratio.low, "ratio_high": ratio.high,
+            "wall_s_a": float(np.median(first)), "wall_s_b": float(np.median(second)),
+        }  # fmt: skip
+        verdict = "too few"
+        if ratio.low is not None and ratio.high is not None:
+            verdict = "faster" if ratio.high < 1 - threshold else "same"
+            if ratio.low > 1 + threshold:
+                worse.append("slower")
+    return ("regression" if worse else verdict), "; ".join(worse)
+
+
+def _worse_results(row: dict[str, Any], old: SubjectRecord, new: SubjectRecord) -> list[str]:
+    """What is worse about what came out, in words."""
+    found = []
+    for key, tolerance in ERRORS.items():
+        before, after = _quality(old, key), _quality(new, key)
+        if before is not None and after is not None and after > before * (1 + tolerance):
+            found.append(f"{key} {before:.3g} -> {after:.3g}")
+    for key in TOPOLOGY:
+        before, after = _quality(old, key), _quality(new, key)
+        if before is not None and after is not None and after > before:
+            found.append(f"{key} {before} -> {after}")
+    before, after = row["triangles_a"], row["triangles_b"]
+    if before is not None and after is not None and before != after:
+        found.append(f"triangles {before:,} -> {after:,}")
+    return found
