@@ -137,7 +137,8 @@ TABLE = Table(
         "triangles over every pixel. refine and draw: 1000 coarse triangles, refined anew in every frame.",
         "refine: points and normals alone, which the driver keeps by transform feedback. simplify: quadric clustering "
         "without drawing, the driver in the three passes that were published.",
-        "The driver's tessellator cuts a triangle into rings, 1.5 segments^2 triangles; a pattern has segments^2.",
+        "The driver's tessellator cuts a triangle into rings, 1.5 segments^2 triangles; a pattern has segments^2: "
+        "ratios to it are between equal segments, not between equal counts.",
         "On a CPU the driver is llvmpipe, whose tessellation is its weakness: the fair rival there is gl_pattern, the "
         "same pattern in an instanced vertex shader.",
     ),

@@ -172,7 +172,7 @@ TABLE = Table(
         "threshold is searched that leaves the published counts. The same shares of the armadillo are no rows of the "
         "paper.",
         "one_core: the same kernels on one compute unit. fitted: vertices fitted to the full image, errors as shares; "
-        "the others' vertices lie on samples. full_image: all of the image stored and passed through. uniform_grid: "
-        "the largest even grid with at most as many triangles as quadtree_lod.",
+        "the others' vertices lie on samples. full_image: all of the image stored and passed through, "
+        "the one ratio between unlike counts. uniform_grid: the largest even grid with at most as many triangles as quadtree_lod.",
     ),
 )
