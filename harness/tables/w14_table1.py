@@ -173,6 +173,7 @@ TABLE = Table(
         "paper.",
         "one_core: the same kernels on one compute unit. fitted: vertices fitted to the full image, errors as shares; "
         "the others' vertices lie on samples. full_image: all of the image stored and passed through, "
-        "the one ratio between unlike counts. uniform_grid: the largest even grid with at most as many triangles as quadtree_lod.",
+        "the one ratio between unlike counts. uniform_grid: the largest even grid with at most "
+        "as many triangles as quadtree_lod.",
     ),
 )
