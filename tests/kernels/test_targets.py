@@ -46,7 +46,7 @@ def test_target_says_how_many_triangles_are_asked_for(asked, left):
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ({"target_reduction": 1.0}, "target_reduction: expected the share removed, 0 to below 1"),
+        ({"target_reduction": 1.0}, "target_reduction: expected 0 to below 1, got 1"),
         ({"target_reduction": -0.1}, "target_reduction: expected"),
         ({"target_reduction": float("nan")}, "target_reduction: expected"),
         ({"target_count": 0}, "target_count: expected at least 1, got 0"),
