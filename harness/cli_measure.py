@@ -284,9 +284,8 @@ def compare(
     from lodbench.harness import compare as comparison
     from lodbench.harness.record import read_run
 
-    found = comparison.compare(
-        read_run(a), read_run(b), threshold, _pattern(keep) if keep else None
-    )
+    pattern = _pattern(keep) if keep else None
+    found = comparison.compare(read_run(a), read_run(b), threshold, pattern)
     if json_output:
         say_json(found)
     else:

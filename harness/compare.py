@@ -13,7 +13,7 @@ from lodbench.harness.timing import unpaired_ratio
 
 THRESHOLD = 0.10  # a slowdown below this share is no regression, however sure
 ERRORS = {"rms_error": 0.01, "rms_error_back": 0.01, "max_error": 0.05}
-"""How much larger, as a share, an error may be. With one seed the same mesh is sampled alike to the bit; another seed, or
+"""How much larger, as a share, an error may be. With one seed a mesh is sampled alike to the bit; another seed, or
 other roundings of the same vertices, move a root mean square by less than this, and the largest of all samples more."""
 TOPOLOGY = ("open_edges", "nonmanifold_edges", "flipped_triangles")
 WORSE = ("regression", "missing", "new")
