@@ -19,6 +19,7 @@ from pathlib import Path
 
 from lodbench.datasets_gen import fetch as _fetch
 from lodbench.datasets_gen import nurbs, patches, read, standard, triangles
+from lodbench.datasets_gen.names import FOLDERS, SIZED, data_folders
 from lodbench.datasets_gen.order import spatially_sorted
 from lodbench.datasets_gen.ply import ply_counts
 from lodbench.datasets_gen.surfaces import (
@@ -76,21 +77,21 @@ def _size_bytes(surface: Surface) -> int:
 
 _MOST_TRIANGLES = 100_000_000
 _FOLDERS = (
-    ("meshes", "triangles", read.SUFFIXES, read.read_mesh),
-    ("nasty", "triangles", read.SUFFIXES, read.read_mesh),
-    ("bezier", "patches", patches.SUFFIXES, patches.read_patches),
-    ("nurbs", "nurbs", nurbs.SUFFIXES, nurbs.read_nurbs),
+    ("meshes", "triangles", read.read_mesh),
+    ("nasty", "triangles", read.read_mesh),
+    ("bezier", "patches", patches.read_patches),
+    ("nurbs", "nurbs", nurbs.read_nurbs),
 )
 
 
 def _files() -> dict[str, Dataset]:
     """Real models in the data folders, the first of a name."""
     found: dict[str, Dataset] = {}
-    for root in _fetch.data_folders():
-        for folder, kind, suffixes, reader in _FOLDERS:
+    for root in data_folders():
+        for folder, kind, reader in _FOLDERS:
             inside = root / folder
             paths = sorted(inside.iterdir()) if inside.is_dir() else []
-            for suffix in suffixes:
+            for suffix in FOLDERS[folder]:
                 for path in paths:
                     if path.suffix.lower() == suffix and path.stem not in found:
                         found[path.stem] = Dataset(
@@ -212,7 +213,7 @@ def _entries() -> dict[str, Dataset]:
         "torus_20k",
         "pot_32",
         "rational_ball",
-        *standard.NAMES,
+        *SIZED,
         *standard.PATCHES,
         *standard.NURBS,
     ]

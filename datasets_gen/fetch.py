@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from lodbench.datasets_gen.names import data_folders
 from lodbench.datasets_gen.ply import parse_ply, ply_counts
 from lodbench.datasets_gen.read import FileError, check_writable, write_mesh
 
@@ -54,13 +55,6 @@ SCANS = {
         ),
     )
 }
-
-
-def data_folders() -> list[Path]:
-    """Where real models are looked for: LODBENCH_DATA if it is set, then the user's cache folder."""
-    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    given = os.environ.get("LODBENCH_DATA")
-    return [*([Path(given)] if given else []), Path(cache) / "lodbench" / "data"]
 
 
 def fetch(name: str, say: Callable[[str], None] | None = None) -> Path:

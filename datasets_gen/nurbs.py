@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.datasets_gen.names import FOLDERS
 from lodbench.datasets_gen.read import FileError
 from lodbench.datasets_gen.surfaces import NurbsModel, NurbsSurface
 
-SUFFIXES = (".json",)
+SUFFIXES = FOLDERS["nurbs"]
 
 
 def read_nurbs(path: str | Path) -> NurbsModel:

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.datasets_gen.names import FOLDERS
 from lodbench.datasets_gen.ply import numbers_in
 from lodbench.datasets_gen.read import FileError
 from lodbench.datasets_gen.surfaces import BezierPatches
 
-SUFFIXES = (".npz", ".bpt")
+SUFFIXES = FOLDERS["bezier"]
 _QUARTER = 4 / 3 * (2**0.5 - 1)
 """Length of the tangents with which one cubic stays nearest to a quarter of the unit circle."""
 

@@ -22,11 +22,12 @@ from trimesh.resolvers import FilePathResolver
 
 from lodbench.datasets_gen import files
 from lodbench.datasets_gen.formats import WRITERS
+from lodbench.datasets_gen.names import FOLDERS
 from lodbench.datasets_gen.order import welded
 from lodbench.datasets_gen.ply import parse_ply
 from lodbench.datasets_gen.surfaces import TriangleMesh
 
-SUFFIXES = (".ply", ".obj", ".stl", ".off", ".gltf", ".glb")
+SUFFIXES = FOLDERS["meshes"]
 
 
 class FileError(ValueError):

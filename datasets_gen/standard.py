@@ -76,18 +76,6 @@ SHAPES: dict[str, tuple[Callable[[int], Sized], str]] = {
     "plane": (partial(_square, triangles.plane), "open, flat: no error, many ties"),
     "terrain": (partial(_square, triangles.terrain), "open height field, one surface at every size"),
 }  # fmt: skip
-NAMES = (
-    "torus_20k", "torus_1m", "sphere_10", "sphere_100", "sphere_1000",
-    *(f"icosphere_{level}" for level in range(9)),
-    "displaced_icosphere_20k", "displaced_icosphere_20k_sorted",
-    "displaced_icosphere_100k", "displaced_icosphere_100k_sorted",
-    "displaced_icosphere_330k", "displaced_icosphere_330k_sorted",
-    "displaced_icosphere_1310k", "displaced_icosphere_1310k_sorted",
-    "displaced_icosphere_10m", "displaced_icosphere_10m_sorted",
-    "blob_with_ears_20k", "blob_with_ears_100k", "bumpy_blob_100k", "open_blob_100k",
-    "plate_1_hole_20k", "plate_6_holes_100k", "part_3_holes_20k", "plane_2k", "plane_200k",
-    "terrain_2k", "terrain_50k", "terrain_2m", "terrain_2m_sorted",
-)  # fmt: skip
 
 SCANS: dict[str, Callable[[], Sized]] = {
     "bunny_69k": lambda: _scan_like(0, 5, 69_451),

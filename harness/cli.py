@@ -7,12 +7,13 @@ import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from lodbench.harness import interrupt
+from lodbench.harness import complete, interrupt
 from lodbench.harness.terminal import hint, say, say_in_any_encoding, say_json, say_rows
 
 app = typer.Typer(
@@ -27,7 +28,11 @@ app = typer.Typer(
 
 DeviceOption = Annotated[
     str | None,
-    typer.Option("--device", help="Part of a device's name, or platform:device by index."),
+    typer.Option(
+        "--device",
+        autocompletion=complete.devices,
+        help="Part of a device's name, or platform:device by index.",
+    ),
 ]
 OutOption = Annotated[
     Path | None,
@@ -197,14 +202,15 @@ def list_datasets(json_output: JsonOption = False, keep: FilterOption = None) ->
 
     Example: lodbench list datasets --filter torus
     """
-    from lodbench.harness.cli_mesh import dataset_rows
+    from lodbench.harness.cli_datasets import dataset_rows
 
     _listing(dataset_rows(), json_output, keep)
 
 
 def _register() -> None:
-    """Import the files that add their commands to `app`."""
-    from lodbench.harness import cli_image, cli_measure, cli_mesh  # noqa: F401  commands are added on import
+    """Import the files that add their commands to `app`, in the order of the help."""
+    for part in ("mesh", "image", "measure", "datasets"):
+        import_module(f"lodbench.harness.cli_{part}")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -11,12 +11,14 @@ from typing import Annotated, Any
 
 import typer
 
+from lodbench.harness import complete
 from lodbench.harness.terminal import say
 
 InArgument = Annotated[
     Path,
     typer.Argument(
         metavar="IN",
+        autocompletion=complete.datasets,
         help="A mesh: PLY, OBJ, STL, OFF ...; a geometry image: NPZ; a dataset's name; or - for standard input.",
     ),
 ]
@@ -27,6 +29,7 @@ FormatOption = Annotated[
     str | None,
     typer.Option(
         "--format",
+        autocompletion=complete.formats,
         help="Of OUT: ply, obj, stl, off, gltf or glb; default its suffix, and ply for -.",
     ),
 ]

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from lodbench.harness import complete
 from lodbench.harness.cli import DeviceOption, JsonOption, QuietOption, app
 from lodbench.harness.cli_files import InArgument, Target, read_source
 from lodbench.harness.progress import Progress
@@ -26,7 +27,12 @@ def geometry_image(
         int, typer.Option("--level", "-n", min=1, max=11, help="(2^n + 1)^2 samples.")
     ] = 8,
     mode: Annotated[
-        str, typer.Option("--mode", help="coarse_to_fine, cmcf or ray: the way to the sphere.")
+        str,
+        typer.Option(
+            "--mode",
+            autocompletion=complete.modes,
+            help="coarse_to_fine, cmcf or ray: the way to the sphere.",
+        ),
     ] = "coarse_to_fine",
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of what is random in it.")] = 0,
     png: Annotated[

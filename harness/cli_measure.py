@@ -25,6 +25,14 @@ from lodbench.harness.cli import (
     say_json,
     say_rows,
 )
+from lodbench.harness.cli_words import (
+    AgainstOption,
+    CaseOption,
+    DatasetsOption,
+    SettingsOption,
+    SystemArgument,
+    TablesArgument,
+)
 
 
 def show(folder: Path, made: dict[str, Any]) -> None:
@@ -118,19 +126,11 @@ def _sweep(spec: dict[str, Any], folder_of: Path | None, json_output: bool, **gi
 
 @app.command()
 def run(
-    system: Annotated[str, typer.Argument(help="A name from `lodbench list systems`.")],
-    dataset: Annotated[
-        list[str] | None, typer.Option("--dataset", "-d", help="A dataset; may be repeated.")
-    ] = None,
-    against: Annotated[
-        list[str] | None,
-        typer.Option("--against", "-a", help="Another system, in turns with it; may be repeated."),
-    ] = None,
-    case: Annotated[str | None, typer.Option("--case", help="A named parameter set.")] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", "-s", help="NAME=VALUE; a list is an axis: cells=[32,64]."),
-    ] = None,
+    system: SystemArgument,
+    dataset: DatasetsOption = None,
+    against: AgainstOption = None,
+    case: CaseOption = None,
+    settings: SettingsOption = None,
     quality: Annotated[bool, typer.Option("--quality", help="Error and topology too.")] = False,
     device: DeviceOption = None,
     out: OutOption = None,
@@ -199,9 +199,7 @@ def sweep_command(
 
 @app.command()
 def reproduce(
-    names: Annotated[
-        list[str] | None, typer.Argument(metavar="[TABLE]...", help="Default: all tables.")
-    ] = None,
+    names: TablesArgument = None,
     quick: Annotated[bool, typer.Option("--quick", help="Smaller inputs: minutes.")] = False,
     device: DeviceOption = None,
     out: OutOption = None,

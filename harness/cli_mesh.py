@@ -1,4 +1,4 @@
-"""Commands that work on one's own meshes, and on datasets: simplify, refine, render, datasets."""
+"""Commands that work on one's own meshes: simplify, refine, render."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from lodbench.harness.cli import DeviceOption, JsonOption, QuietOption, app, say, say_json, say_rows
+from lodbench.harness import complete
+from lodbench.harness.cli import DeviceOption, JsonOption, QuietOption, app
 from lodbench.harness.cli_files import (
     FormatOption,
     InArgument,
@@ -82,6 +83,7 @@ def simplify(
         typer.Option(
             "--method",
             "-m",
+            autocompletion=complete.simplify_methods,
             help="quadric_clustering; or quadtree_lod, for closed surfaces of genus 0: the default "
             "for geometry images.",
         ),
@@ -122,7 +124,13 @@ def refine(
         int, typer.Option("--segments", "-n", help="Segments along each edge of each triangle.")
     ] = 4,
     method: Annotated[
-        str, typer.Option("--method", "-m", help="A system of family refine.")
+        str,
+        typer.Option(
+            "--method",
+            "-m",
+            autocompletion=complete.refine_methods,
+            help="A system of family refine.",
+        ),
     ] = "pattern",
     displace: Annotated[
         float, typer.Option("--displace", help="Height of a sine, in bounding-box diagonals.")
@@ -179,7 +187,9 @@ def render(
     colour: Annotated[
         str,
         typer.Option(
-            "--colour", help="smooth, flat, wireframe, triangle, or vertex: the mesh's own."
+            "--colour",
+            autocompletion=complete.colours,
+            help="smooth, flat, wireframe, triangle, or vertex: the mesh's own.",
         ),
     ] = "smooth",
     wireframe: Annotated[bool, typer.Option("--wireframe", help="Draw the edges too.")] = False,
@@ -219,63 +229,3 @@ def render(
         target.say(
             f"{out}: {mesh.triangle_count:,} triangles, {size} pixels, {facts['wall_s']:.2f} s"
         )
-
-
-datasets = typer.Typer(help="Surfaces to measure on: list, fetch, make.", no_args_is_help=True)
-app.add_typer(datasets, name="datasets")
-
-
-def dataset_rows() -> list[dict[str, Any]]:
-    """What the catalogue holds, without making any of it."""
-    from lodbench.datasets_gen import catalogue
-
-    return [{"dataset": name, **facts} for name, facts in catalogue.describe().items()]
-
-
-@datasets.command("list")
-def list_datasets(json_output: JsonOption = False) -> None:
-    """Surfaces by name, generated and read.
-
-    Example: lodbench datasets list
-    """
-    rows = dataset_rows()
-    if json_output:
-        say_json(rows)
-    else:
-        say_rows([{"key": key, "label": key} for key in rows[0]], rows)
-
-
-@datasets.command("make")
-def make(
-    name: Annotated[str, typer.Argument(help="A name from `lodbench datasets list`.")],
-    out: OutArgument,
-    form: FormatOption = None,
-) -> None:
-    """Write a dataset of triangles to a file.
-
-    Example: lodbench datasets make torus_20k torus.ply
-
-    Piped: lodbench datasets make torus_20k - | lodbench simplify - small.ply -n 500
-    """
-    from lodbench.datasets_gen import catalogue
-
-    catalogue.find(name)
-    target = MeshTarget(out, form)
-    target.check()
-    found = read_source(Path(name)).triangles()
-    target.write_mesh(mesh := found.surface, found)
-    target.say(f"{out}: {mesh.triangle_count:,} triangles, {mesh.vertex_count:,} points")
-
-
-@datasets.command("fetch")
-def fetch(
-    names: Annotated[list[str] | None, typer.Argument(help="Default: all that can be had.")] = None,
-) -> None:
-    """Download the classic scans into the data folder.
-
-    Example: lodbench datasets fetch bunny_69k
-    """
-    from lodbench.datasets_gen import catalogue
-
-    for path in catalogue.fetch(names or None, lambda line: say(line, err=True)):
-        say(str(path))

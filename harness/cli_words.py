@@ -1,0 +1,45 @@
+"""The words of `run` and `reproduce`: what each means, and what the tab key offers for it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from lodbench.harness import complete
+
+SystemArgument = Annotated[
+    str,
+    typer.Argument(help="A name from `lodbench list systems`.", autocompletion=complete.systems),
+]
+TablesArgument = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[TABLE]...", help="Default: all tables.", autocompletion=complete.tables
+    ),
+]
+DatasetsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--dataset", "-d", autocompletion=complete.datasets,
+        help="A dataset's name or a mesh file; may be repeated.",
+    ),
+]  # fmt: skip
+AgainstOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--against", "-a", autocompletion=complete.systems,
+        help="Another system, in turns with it; may be repeated.",
+    ),
+]  # fmt: skip
+CaseOption = Annotated[
+    str | None,
+    typer.Option("--case", autocompletion=complete.cases, help="A named parameter set."),
+]
+SettingsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", "-s", autocompletion=complete.settings,
+        help="NAME=VALUE; a list is an axis: cells=[32,64].",
+    ),
+]  # fmt: skip
