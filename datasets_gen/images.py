@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import io
 import os
+import struct
+import tokenize
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -33,8 +36,9 @@ def read_geometry_image(path: str | os.PathLike[str], data: bytes | None = None)
             return GeometryImage(archive["positions"], archive["normals"], origin)
     except FileNotFoundError:
         raise FileError(f"{path}: no such file") from None
-    except (ValueError, TypeError, OSError, KeyError, EOFError, AttributeError,
-            zipfile.BadZipFile) as error:  # fmt: skip
+    except (ValueError, TypeError, OSError, KeyError, EOFError, AttributeError, IndexError,
+            NotImplementedError, RuntimeError, OverflowError, SyntaxError, struct.error, zlib.error,
+            tokenize.TokenError, zipfile.BadZipFile) as error:  # fmt: skip
         raise FileError(f"{path}: {' '.join(str(error).split())}") from error
 
 

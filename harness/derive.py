@@ -21,8 +21,8 @@ def tables_of(run: RunRecord) -> list[tables.Table]:
         spec = run.environment["options"].get("sweep")
         if name in tables.tables():
             found.append(tables.table(name))
-        elif spec and spec["name"] == name:
-            found.append(sweep.table(spec))
+        elif spec and spec.get("name") == name:
+            found.append(sweep.table(sweep.validate(spec)))
     return found
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import datetime
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from lodbench.datasets_gen.files import is_part
 from lodbench.harness.environment import commit, environment, now
-from lodbench.harness.record import RUN, SCHEMA, write_json
+from lodbench.harness.foreign import refuse_links
+from lodbench.harness.record import RUN, SCHEMA, read_environment, write_json
 from lodbench.harness.rows import check_free
 from lodbench.kernels.device import Device
 
@@ -82,9 +82,9 @@ def _holds_something(folder: Path) -> bool:
 
 
 def _take_up(folder: Path, device: Device, commit: str) -> None:
-    found = json.loads((folder / RUN).read_text())
+    refuse_links(folder)
+    found = read_environment(folder)
     for what, have, want in (
-        ("schema", found.get("schema"), SCHEMA),
         ("device", found.get("slug"), device.slug),
         ("commit", found.get("commit"), commit),
     ):

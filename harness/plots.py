@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ import matplotlib
 from lodbench.datasets_gen.files import replacing
 from lodbench.harness.charts import CHARTS, Material, looks
 from lodbench.harness.charts.material import FAINT, INK, PAGE
+from lodbench.harness.foreign import TABLE_FIELDS, read_json
 from lodbench.harness.record import RunRecord, read_run
 
 RESOLUTION = 150  # dots per inch of the PNG files
@@ -78,11 +78,8 @@ def documents(folder: Path) -> list[dict[str, Any]]:
     """
     found = {}
     for path in sorted((Path(folder) / "tables").glob("*.json")):
-        try:
-            made = json.loads(path.read_text())
-            found[made["id"]] = made
-        except (ValueError, KeyError, TypeError):
-            raise ValueError(f"{path}: expected a table, got something else") from None
+        made = read_json(path, TABLE_FIELDS)
+        found[made["id"]] = made
     return list(found.values())
 
 

@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from lodbench.datasets_gen.files import write_file
+from lodbench.harness.foreign import RUN_FIELDS, read_json, refuse_links
 from lodbench.harness.rows import SAMPLES, Writer, plain, read_rows
 
 __all__ = [
@@ -138,6 +139,19 @@ _GROUP_FIELDS = ("group", "table", "name", "dataset", "device", "facts", "config
 _SETUP_FIELDS = ("system", "params", "phases", "from_cache", "memory_growth_bytes")
 
 
+def read_environment(folder: Path) -> dict[str, Any]:
+    """The content of `run.json`.
+
+    Raises:
+        ValueError: broken, or of another schema.
+    """
+    path = folder / RUN
+    schema = read_json(path, {"schema": int})["schema"]
+    if schema != SCHEMA:
+        raise ValueError(f"{path}: expected schema {SCHEMA}, got {schema}")
+    return read_json(path, RUN_FIELDS)
+
+
 def read_run(folder: Path) -> RunRecord:
     """The record in a run's folder.
 
@@ -147,11 +161,8 @@ def read_run(folder: Path) -> RunRecord:
     folder = Path(folder)
     if not (folder / RUN).is_file():
         raise ValueError(f"run: expected a folder with {RUN}, got {folder}")
-    environment = json.loads((folder / RUN).read_text())
-    if environment.get("schema") != SCHEMA:
-        raise ValueError(
-            f"{folder / RUN}: expected schema {SCHEMA}, got {environment.get('schema')}"
-        )
+    refuse_links(folder)
+    environment = read_environment(folder)
     path = folder / SAMPLES
     rows = read_rows(path) if path.exists() else []
     open_groups: dict[tuple[str, int], GroupRecord] = {}
@@ -204,7 +215,9 @@ def attempts(folder: Path) -> tuple[set[str], dict[str, list[int]]]:
         if row["kind"] == "begin":
             begun.setdefault(row["group"], []).append(row["attempt"])
         elif row["kind"] == "superseded" or (row["kind"] == "end" and not row.get("cut")):
-            begun[row["group"]].remove(row["attempt"])
+            open_attempts = begun.get(row["group"], [])
+            if row["attempt"] in open_attempts:
+                open_attempts.remove(row["attempt"])
             if row["kind"] == "end":
                 ended.add(row["group"])
     return ended, begun

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 import re
 from collections.abc import Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from lodbench.harness.amounts import amount
 from lodbench.harness.cells import columns, headlines, lines
 from lodbench.harness.charts import Material
 from lodbench.harness.charts.material import FAINT, INK, PAGE, PALETTE, WARNING
+from lodbench.harness.foreign import PICTURE_FIELDS, read_json
 from lodbench.harness.record import RunRecord, read_run
 
 NAME = "report.html"
@@ -164,7 +164,7 @@ def _images(folder: Path) -> list[dict[str, str]]:
     listed = folder / "pictures.json"
     captions: dict[str, str] = {}
     if listed.is_file():
-        captions = {each["file"]: each["caption"] for each in json.loads(listed.read_text())}
+        captions = {each["file"]: each["caption"] for each in read_json(listed, PICTURE_FIELDS)}
     order = list(captions)
     found = []
     for path in sorted(

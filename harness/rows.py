@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from lodbench.harness.foreign import check_row
+
 try:
     import fcntl
 except ImportError:  # Windows
@@ -55,16 +57,18 @@ def read_rows(path: Path) -> list[dict[str, Any]]:
     """All rows of a `samples.jsonl`; a torn last line is dropped.
 
     Raises:
-        ValueError: a line before the last is not JSON.
+        ValueError: a line before the last is not JSON, or a row is none that a record holds.
     """
     rows = []
     for number, line in enumerate(_whole(path.read_bytes()).split(b"\n"), 1):
         if not line.strip():
             continue
         try:
-            rows.append(json.loads(line))
-        except ValueError:
+            row = json.loads(line)
+        except (ValueError, RecursionError):
             raise ValueError(f"{path}: expected JSON in line {number}, got {line[:40]!r}") from None
+        check_row(row, f"{path}: line {number}")
+        rows.append(row)
     return rows
 
 

@@ -1,7 +1,7 @@
 """Systems x datasets x parameters: one table whose axes come from a TOML file or from the command line.
 
 ```toml
-name = "cluster-grids"
+name = "cluster_grids"
 systems = ["quadric_clustering", "numpy_quadric_clustering"]   # the first is the one that ratios refer to
 datasets = ["icosphere_5", "torus_20k"]
 devices = ["pocl"]              # one run folder each; optional
@@ -26,6 +26,7 @@ from typing import Any
 from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.harness import registry
+from lodbench.harness.foreign import NAME
 from lodbench.harness.group import Group, Subject
 from lodbench.harness.ratios import ratios
 from lodbench.harness.record import GroupRecord, RunRecord
@@ -59,7 +60,7 @@ def read(path: Path) -> dict[str, Any]:
         spec = tomllib.loads(path.read_text())
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: expected TOML, got {error}") from None
-    spec.setdefault("name", path.stem)
+    spec.setdefault("name", re.sub(r"[^a-z0-9]+", "_", path.stem.lower()).strip("_") or "sweep")
     return validate(spec)
 
 
@@ -80,8 +81,8 @@ def validate(spec: dict[str, Any]) -> dict[str, Any]:
         names = spec.get(key)
         if not isinstance(names, list) or not names or not all(isinstance(n, str) for n in names):
             raise ValueError(f"{key}: expected a list of names, got {names!r}")
-    if not re.fullmatch(r"[\w.-]+", str(spec.get("name", ""))):
-        raise ValueError(f"name: expected letters, digits, '-', '_', '.', got {spec.get('name')!r}")
+    if not NAME.fullmatch(str(spec.get("name", ""))):
+        raise ValueError(f"name: expected a name of {NAME.pattern}, got {spec.get('name')!r}")
     shared, own = _split(spec)
     for system in own:
         if system not in spec["systems"]:

@@ -33,3 +33,18 @@ def test_bad_files_are_refused_by_name(tmp_path):
         read_geometry_image(tmp_path / "odd.npz")
     with pytest.raises(FileError, match=r"expected the suffix \.npz"):
         write_geometry_image(tmp_path / "a.png", image())
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_broken_archive_ends_in_one_line_that_names_it(tmp_path, seed):
+    path, rng = tmp_path / "a.npz", np.random.default_rng(seed)
+    write_geometry_image(path, image())
+    data = bytearray(path.read_bytes())
+    for at in rng.integers(0, len(data), 4):
+        data[at] = rng.integers(256)
+    path.write_bytes(data[: rng.integers(1, len(data))] if seed % 2 else data)
+    try:
+        read_geometry_image(path)
+    except FileError as error:
+        assert str(error).startswith(str(path))
+        assert "\n" not in str(error)

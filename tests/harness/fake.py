@@ -20,7 +20,8 @@ TETRAHEDRON = TriangleMesh(
     np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]),
 )
 DATASETS = ("one", "two", "three")
-LIMITS = SimpleNamespace(fill=1.0)
+_RATE = {"subject": "kernel", "unit": "B/s", "best": 1.0, "median": 1.0, "samples": [1.0]}
+LIMITS = SimpleNamespace(device="d", size_bytes=1, fill=_RATE, copy=_RATE, multiply_add=_RATE)
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ def test_render_writes_a_picture(mesh, tmp_path, capsys):
     ("words", "text"),
     [
         (["--size", "64"], "size: expected AxB, got '64'"),
-        (["--size", "0x4"], "size: expected 1 to 16384 pixels"),
+        (["--size", "0x4"], "size: expected 1 to 16384"),
         (["--camera", "up"], "camera: expected A,B, got 'up'"),
         (["--colour", "blue"], "colour: expected one of smooth"),
         (["--up", "w"], "up: expected one of x, y, z"),

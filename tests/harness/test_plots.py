@@ -164,7 +164,7 @@ def test_case_names_what_varies_once():
 def test_a_broken_table_is_named(run_folder, tmp_path):
     folder = make_run(tmp_path)
     (folder / "tables/clustering.json").write_text(json.dumps([1, 2]))
-    with pytest.raises(ValueError, match=r"clustering\.json: expected a table"):
+    with pytest.raises(ValueError, match=r"clustering\.json: expected an object"):
         documents(folder)
     edit_table(folder, "patterns", lambda made: made["rows"].clear())
     (folder / "tables/clustering.json").unlink()

@@ -7,6 +7,7 @@ import pytest
 
 from lodbench.harness import record
 from lodbench.harness.record import Writer, attempts, plain, read_rows, read_run
+from tests.harness.made_run import ENVIRONMENT
 
 BEGIN = {"table": "t", "name": "n", "dataset": "d", "device": "x", "facts": {}, "config": {}}
 
@@ -24,7 +25,7 @@ def sample(writer, turn, attempt=0, warmup=False):
 
 @pytest.fixture
 def folder(tmp_path):
-    record.write_json(tmp_path / "run.json", {"schema": record.SCHEMA})
+    record.write_json(tmp_path / "run.json", ENVIRONMENT)
     return tmp_path
 
 
@@ -73,7 +74,7 @@ def test_reading_and_writing_agree_wherever_a_kill_cut_the_last_row(folder, lost
     path.write_bytes(whole[:-lost])
     read, ended = read_rows(path), attempts(folder)
     writer = Writer(folder)
-    writer.write("limits")
+    writer.write("superseded", group="other", attempt=0)
     writer.close()
     assert read_rows(path)[:-1] == read
     assert attempts(folder) == ended
@@ -81,7 +82,9 @@ def test_reading_and_writing_agree_wherever_a_kill_cut_the_last_row(folder, lost
 
 
 def test_reading_refuses_garbage_before_the_last_line(folder):
-    (folder / record.SAMPLES).write_bytes(b'{"kind": "limits"}\nnonsense\n{"kind": "limits"}\n')
+    (folder / record.SAMPLES).write_bytes(
+        b'{"kind": "superseded", "group": "g", "attempt": 0}\nnonsense\n{}\n'
+    )
     with pytest.raises(ValueError, match="line 2"):
         read_rows(folder / record.SAMPLES)
 
