@@ -2,18 +2,21 @@
 
 Generated ones need no files and are named shape_size: any size works (`torus_250k`, `terrain_3m`), the
 nearest count that the shape allows is made, and `_sorted` after it gives the triangles in spatial order.
-Real scans are read from the data folder (LODBENCH_DATA, or the cache of downloads): `meshes/`, `bezier/`,
-`nurbs/`, `nasty/`. Where a scan is not there, `<name>_standin` is a generated surface of like size and
-topology; it keeps its own name in every record.
+Mesh files of one's
+own get a name by `adopt`. Real scans are read from the data folder (LODBENCH_DATA, or the cache of downloads):
+`meshes/`, `bezier/`, `nurbs/`, `nasty/`. Where a scan is not there, `<name>_standin` is a generated surface of
+like size and topology; it keeps its own name in every record.
 """
 
 from __future__ import annotations
 
 import difflib
+import hashlib
+import os
 import re
 from collections import OrderedDict
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -45,11 +48,12 @@ class Dataset:
     make: Callable[[], Surface] = field(repr=False, compare=False)
     standin: bool = False
     source: str = "generated"  # or the file
+    content: str = ""  # of a file of one's own: the first 16 digits of its SHA-256
 
     @property
     def surface(self) -> Surface:
         """The surface; the same object while it stays in memory."""
-        key = (self.name, self.source)
+        key = (self.name, self.source, self.content)
         if key in _kept:
             _kept.move_to_end(key)
             return _kept[key]
@@ -60,7 +64,9 @@ class Dataset:
         return surface
 
 
-_kept: OrderedDict[tuple[str, str], Surface] = OrderedDict()
+_kept: OrderedDict[tuple[str, str, str], Surface] = OrderedDict()
+_own: dict[str, Dataset] = {}
+"""Files of one's own that `adopt` gave a name."""
 
 
 def _size_bytes(surface: Surface) -> int:
@@ -144,7 +150,7 @@ def _generated(name: str) -> Dataset | None:
 
 
 def _entry(name: str, files: dict[str, Dataset]) -> Dataset | None:
-    if found := files.get(name) or _generated(name):
+    if found := _own.get(name) or files.get(name) or _generated(name):
         return found
     base = _entry(name.removesuffix("_sorted"), files) if name.endswith("_sorted") else None
     if base is None or base.kind != "triangles":
@@ -154,13 +160,52 @@ def _entry(name: str, files: dict[str, Dataset]) -> Dataset | None:
     def make() -> TriangleMesh:
         return spatially_sorted(_mesh(base))
 
-    return Dataset(name, base.kind, base.triangles, note, make, base.standin, base.source)
+    return replace(base, name=name, note=note, make=make)
 
 
 def _mesh(dataset: Dataset) -> TriangleMesh:
     surface = dataset.surface
     assert isinstance(surface, TriangleMesh)
     return surface
+
+
+def is_file(name: str) -> bool:
+    """Does `name` mean a mesh file of one's own, possibly `_sorted`, rather than a dataset?"""
+    bare = name.removesuffix("_sorted")
+    return "/" in bare or os.sep in bare or Path(bare).suffix.lower() in FOLDERS["meshes"]
+
+
+def adopt(file: str | os.PathLike[str]) -> Dataset:
+    """The entry of a mesh file, possibly with `_sorted` after it; `find` knows it by its name from here on.
+
+    The name is the file's without its suffix, in `[a-z0-9_]`; where that is the name of something else, digits of the
+    content are added.
+
+    Raises:
+        FileError: no such file, or a suffix that is no mesh's.
+    """
+    ending = "_sorted" if os.fspath(file).endswith("_sorted") else ""
+    path = Path(os.fspath(file).removesuffix("_sorted"))
+    read.check_suffix(path)
+    content = hashlib.sha256(read.file_bytes(path)).hexdigest()[:16]
+    name = re.sub("[^a-z0-9]+", "_", path.stem.lower()).strip("_")[:60] or "mesh"
+    taken = _entry(name, _files())
+    if taken is not None and taken.content != content:
+        name = f"{name}_{content[:8]}"
+    _own[name] = Dataset(
+        name, "triangles", _declared(path), "a file of one's own", partial(read.read_mesh, path),
+        source=str(path), content=content,
+    )  # fmt: skip
+    return find(name + ending)
+
+
+def hint(name: str) -> str:
+    """What was probably meant by the name of a shape with so few triangles, or ""."""
+    small = re.fullmatch(r"\w+?_[1-9]\d{0,2}", name)
+    found = _generated(name) if small and name not in SIZED else None
+    if found is None or found.triangles is None or not _generated(f"{name}k"):
+        return ""
+    return f"{name} has {found.triangles:,} triangles; was {name}k meant?"
 
 
 def find(name: str) -> Dataset:

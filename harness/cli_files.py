@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from lodbench.harness import complete
-from lodbench.harness.terminal import say
+from lodbench.harness.terminal import hint, say
 
 InArgument = Annotated[
     Path,
@@ -85,6 +85,8 @@ def read_source(path: Path) -> Source:
         data = read.file_bytes(path)
     else:
         dataset = catalogue.load(str(path))
+        if probably := catalogue.hint(str(path)):
+            hint(probably)
         surface, file = dataset.surface, Path(dataset.source)
         if not isinstance(surface, TriangleMesh | GeometryImage):
             raise ValueError(f"IN: expected triangles, got {type(surface).__name__} of {path}")

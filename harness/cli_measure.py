@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from lodbench.harness import cli_words
 from lodbench.harness.cli import (
     BudgetOption,
     DeviceOption,
@@ -25,14 +26,7 @@ from lodbench.harness.cli import (
     say_json,
     say_rows,
 )
-from lodbench.harness.cli_words import (
-    AgainstOption,
-    CaseOption,
-    DatasetsOption,
-    SettingsOption,
-    SystemArgument,
-    TablesArgument,
-)
+from lodbench.harness.terminal import hint
 
 
 def show(folder: Path, made: dict[str, Any]) -> None:
@@ -126,11 +120,11 @@ def _sweep(spec: dict[str, Any], folder_of: Path | None, json_output: bool, **gi
 
 @app.command()
 def run(
-    system: SystemArgument,
-    dataset: DatasetsOption = None,
-    against: AgainstOption = None,
-    case: CaseOption = None,
-    settings: SettingsOption = None,
+    system: cli_words.SystemArgument,
+    dataset: cli_words.DatasetsOption = None,
+    against: cli_words.AgainstOption = None,
+    case: cli_words.CaseOption = None,
+    settings: cli_words.SettingsOption = None,
     quality: Annotated[bool, typer.Option("--quality", help="Error and topology too.")] = False,
     device: DeviceOption = None,
     out: OutOption = None,
@@ -146,6 +140,7 @@ def run(
 
     Example: lodbench run quadric_clustering -d torus_20k -s cells=32 -a numpy_quadric_clustering
     """
+    from lodbench.datasets_gen import catalogue
     from lodbench.harness import registry, sweep
 
     registry.system(system)
@@ -165,8 +160,11 @@ def run(
             **({"case": case} if case else {}),
         }
     )
+    for name in spec["datasets"]:
+        if probably := catalogue.hint(name):
+            hint(probably)
     _sweep(
-        spec, out, json_output, device_name=device, resume=resume, samples=samples,
+        sweep.with_files(spec, Path()), out, json_output, device_name=device, resume=resume, samples=samples,
         time_budget=time_budget, keep=keep, seed=seed, quiet=quiet,
     )  # fmt: skip
 
@@ -199,7 +197,7 @@ def sweep_command(
 
 @app.command()
 def reproduce(
-    names: TablesArgument = None,
+    names: cli_words.TablesArgument = None,
     quick: Annotated[bool, typer.Option("--quick", help="Smaller inputs: minutes.")] = False,
     device: DeviceOption = None,
     out: OutOption = None,

@@ -42,7 +42,9 @@ COLUMNS = [
 def _subjects(run: RunRecord) -> Iterator[tuple[tuple[str, str, str], SubjectRecord]]:
     for group in run.groups:
         for subject in group.subjects.values():
-            yield (group.table, group.name, subject.label), subject
+            # files of one's own are the same only if their content is
+            name = " ".join(filter(None, (group.name, group.facts.get("content"))))
+            yield (group.table, name, subject.label), subject
 
 
 def _quality(subject: SubjectRecord | None, key: str) -> float | None:

@@ -82,8 +82,10 @@ class Group:
 
     def config(self) -> dict[str, Any]:
         """All that decides what is measured, for the hash."""
+        dataset = self.found()
         return {
-            "dataset": self.found().name,
+            "dataset": dataset.name,
+            **({"content": dataset.content} if dataset.content else {}),
             "facts": plain(self.facts),
             "quality": self.quality,
             **({"zoom": self.zoom} if self.zoom else {}),

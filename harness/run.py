@@ -128,6 +128,8 @@ class Session:
         earlier[:] = [attempt]
         record = partial(self._writer.write, group=key, attempt=attempt)
         facts = {**group.facts, "dataset": dataset.name, "standin": dataset.standin}
+        if dataset.content:
+            facts["content"] = dataset.content
         if isinstance(surface, TriangleMesh):
             facts["triangles_in"] = surface.triangle_count
             facts["vertices_in"] = surface.vertex_count

@@ -3,7 +3,7 @@
 ```toml
 name = "cluster_grids"
 systems = ["quadric_clustering", "numpy_quadric_clustering"]   # the first is the one that ratios refer to
-datasets = ["icosphere_5", "torus_20k"]
+datasets = ["icosphere_5", "scans/torso.ply"]   # files are found from the folder of this one
 devices = ["pocl"]              # one run folder each; optional
 quality = true                  # error and topology of every result mesh; optional
 [params]                        # a list is an axis; for every system that has the parameter
@@ -61,7 +61,20 @@ def read(path: Path) -> dict[str, Any]:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: expected TOML, got {error}") from None
     spec.setdefault("name", re.sub(r"[^a-z0-9]+", "_", path.stem.lower()).strip("_") or "sweep")
-    return validate(spec)
+    return with_files(validate(spec), path.parent)
+
+
+def with_files(spec: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """`spec` with mesh files among its datasets, relative to `folder`, under the names that the records have for them.
+
+    Raises:
+        FileError: no such file.
+    """
+    names = [
+        catalogue.adopt(folder / Path(name).expanduser()).name if catalogue.is_file(name) else name
+        for name in spec["datasets"]
+    ]
+    return {**spec, "datasets": list(dict.fromkeys(names))}
 
 
 def literal(text: str) -> Any:

@@ -169,3 +169,89 @@ def test_real_models_are_found_by_name(data_folder):
     assert (facts["teapot"]["kind"], facts["killeroo"]["kind"]) == ("patches", "nurbs")
     for name in ("bunny_69k", "teapot", "killeroo", "soup"):
         assert isinstance(catalogue.load(name).surface, CLASSES[facts[name]["kind"]])
+
+
+@pytest.fixture
+def own_file(tmp_path, monkeypatch):
+    """Writes a mesh to a file of one's own; the names given to files do not outlive the test."""
+    monkeypatch.setattr(catalogue, "_own", {})
+
+    def write(name, mesh):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_mesh(path, mesh)
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [
+        ("Torso 2.PLY", "torso_2"),
+        ("deep/er/mesh.obj", "mesh"),
+        ("x/é.stl", "mesh"),
+        ("A--b__C.off", "a_b_c"),
+    ],
+)
+def test_file_of_ones_own_gets_a_safe_name(own_file, file, name):
+    found = catalogue.adopt(own_file(file, triangles.icosphere(0)))
+    assert found.name == name
+    assert catalogue.find(name) == found
+    assert found.surface.triangle_count == 20
+    assert len(found.content) == 16
+
+
+def test_files_of_one_name_keep_apart_by_their_content(own_file):
+    ball = catalogue.adopt(own_file("a/mesh.ply", triangles.icosphere(0)))
+    same = catalogue.adopt(own_file("b/mesh.ply", triangles.icosphere(0)))
+    other = catalogue.adopt(own_file("c/mesh.ply", triangles.icosphere(1)))
+    assert ball.name == same.name == "mesh"
+    assert other.name == f"mesh_{other.content[:8]}"
+    assert catalogue.find("mesh").surface.triangle_count == 20
+    assert other.surface.triangle_count == 80
+
+
+def test_file_does_not_take_the_name_of_a_dataset(own_file):
+    found = catalogue.adopt(own_file("torus_20k.ply", triangles.icosphere(0)))
+    assert found.name == f"torus_20k_{found.content[:8]}"
+    assert catalogue.find("torus_20k").triangles == 20_164
+
+
+def test_file_that_changed_is_another(own_file):
+    before = catalogue.adopt(own_file("mesh.ply", triangles.icosphere(0)))
+    after = catalogue.adopt(own_file("mesh.ply", triangles.icosphere(1)))
+    assert after.name != before.name
+    assert after.surface.triangle_count == 80
+
+
+def test_file_of_ones_own_is_sorted_on_demand(own_file):
+    path = own_file("ball.ply", triangles.icosphere(2))
+    found = catalogue.adopt(f"{path}_sorted")
+    assert found.name == "ball_sorted"
+    assert found.content == catalogue.adopt(path).content
+    assert found.surface.triangle_count == 320
+
+
+@pytest.mark.parametrize(
+    ("name", "is_file"),
+    [
+        ("torus_20k", False), ("torus_20k_sorted", False), ("scan.ply", True), ("./scan", True),
+        ("scan.OBJ_sorted", True), ("a/b", True), ("odd.name", False),
+    ],
+)  # fmt: skip
+def test_files_are_told_from_names(name, is_file):
+    assert catalogue.is_file(name) == is_file
+
+
+def test_file_that_is_not_there_or_no_mesh_is_refused(own_file, tmp_path):
+    with pytest.raises(FileError, match="no such file"):
+        catalogue.adopt(tmp_path / "nothing.ply")
+    with pytest.raises(FileError, match="expected a suffix of"):
+        catalogue.adopt(tmp_path / "nothing.txt")
+
+
+def test_few_triangles_are_asked_about():
+    assert catalogue.hint("torus_20") == "torus_20 has 36 triangles; was torus_20k meant?"
+    for name in ("torus_20k", "sphere_10", "icosphere_5", "torus_1m", "nothing_20", "spot"):
+        assert catalogue.hint(name) == ""

@@ -123,7 +123,7 @@ def table(seconds=0.0, datasets=DATASETS):
 def find(name):
     if name not in DATASETS:
         raise ValueError(f"dataset: expected one of {DATASETS}, got {name!r}")
-    return SimpleNamespace(name=name, surface=TETRAHEDRON, standin=False)
+    return SimpleNamespace(name=name, surface=TETRAHEDRON, standin=False, content="")
 
 
 def install(patch=setattr, seconds=0.0):

@@ -2,7 +2,10 @@ import json
 
 import pytest
 
-from lodbench.harness import record
+from lodbench.datasets_gen import catalogue
+from lodbench.datasets_gen.read import write_mesh
+from lodbench.datasets_gen.triangles import icosphere
+from lodbench.harness import derive, limits, record
 from lodbench.harness.cli import main
 from tests.harness import fake
 
@@ -135,6 +138,46 @@ def test_sweep_makes_axes_of_lists(tmp_path, capsys):
         "other seconds=0.001",
     }
     assert "other seconds=0.001" in capsys.readouterr().out
+
+
+def test_mesh_files_are_datasets_under_safe_names(tmp_path, monkeypatch, capsys):
+    monkeypatch.undo()  # the real catalogue and systems
+    monkeypatch.setattr(catalogue, "_own", {})
+    monkeypatch.setattr(limits, "measure", lambda device: fake.LIMITS)
+    monkeypatch.setattr(derive, "write_report", lambda folder: None)
+    scans = tmp_path / "My Scans"
+    scans.mkdir()
+    write_mesh(scans / "Torso A.ply", icosphere(2))
+    spec = tmp_path / "own.toml"
+    spec.write_text(
+        "systems = ['quadric_clustering']\n"
+        "datasets = ['My Scans/Torso A.ply', 'icosphere_1']\nparams = { cells = 4 }\n"
+    )
+    options = ["--samples", "1", "--quiet", "--json", "--out"]
+    assert main(["sweep", str(spec), *options, str(tmp_path / "swept")]) == 0
+    (made,) = json.loads(capsys.readouterr().out)
+    assert [row["dataset"] for row in made["rows"]] == ["torso_a", "icosphere_1"]
+    words = ["run", "quadric_clustering", "-d", str(scans / "Torso A.ply"), "-s", "cells=4"]
+    assert main([*words, *options, str(tmp_path / "run")]) == 0
+    for folder in ("swept", "run"):
+        (group, *_) = record.read_run(tmp_path / folder).groups
+        assert group.dataset == "torso_a"
+        assert (
+            group.facts["content"] == group.config["content"] == catalogue.find("torso_a").content
+        )
+        for file in ("run.json", "samples.jsonl", "tables/own.md", "tables/quadric_clustering.md"):
+            path = tmp_path / folder / file
+            assert not path.exists() or "My Scans" not in path.read_text("utf-8")
+
+
+def test_datasets_make_asks_whether_thousands_were_meant(monkeypatch, tmp_path, capsys):
+    monkeypatch.undo()  # the real catalogue
+    assert main(["datasets", "make", "torus_20", str(tmp_path / "torus.ply")]) == 0
+    said = capsys.readouterr()
+    assert "36 triangles, 18 points" in said.out
+    assert said.err == "hint: torus_20 has 36 triangles; was torus_20k meant?\n"
+    assert main(["datasets", "make", "sphere_10", str(tmp_path / "ball.ply")]) == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_list_systems_says_why_one_cannot_be_used(capsys):
