@@ -200,12 +200,10 @@ def adopt(file: str | os.PathLike[str]) -> Dataset:
 
 
 def hint(name: str) -> str:
-    """What was probably meant by the name of a shape with so few triangles, or ""."""
-    small = re.fullmatch(r"\w+?_[1-9]\d{0,2}", name)
-    found = _generated(name) if small and name not in SIZED else None
-    if found is None or found.triangles is None or not _generated(f"{name}k"):
-        return ""
-    return f"{name} has {found.triangles:,} triangles; was {name}k meant?"
+    """What was probably meant by a name that gives a few triangles where a standard one gives thousands, or ""."""
+    meant = next((name + unit for unit in "km" if name + unit in SIZED), "")
+    found = _generated(name) if meant and name not in SIZED else None
+    return f"{name} has {found.triangles:,} triangles; was {meant} meant?" if found else ""
 
 
 def find(name: str) -> Dataset:

@@ -253,5 +253,14 @@ def test_file_that_is_not_there_or_no_mesh_is_refused(own_file, tmp_path):
 
 def test_few_triangles_are_asked_about():
     assert catalogue.hint("torus_20") == "torus_20 has 36 triangles; was torus_20k meant?"
-    for name in ("torus_20k", "sphere_10", "icosphere_5", "torus_1m", "nothing_20", "spot"):
+    assert catalogue.hint("terrain_2") == "terrain_2 has 2 triangles; was terrain_2k meant?"
+    for name in (
+        "torus_20k",
+        "torus_500",
+        "sphere_10",
+        "icosphere_5",
+        "torus_1m",
+        "nothing_20",
+        "spot",
+    ):
         assert catalogue.hint(name) == ""
