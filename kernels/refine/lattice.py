@@ -13,11 +13,9 @@ from __future__ import annotations
 from typing import Annotated, TypeAlias
 
 import numpy as np
-import psutil
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, Indices, TriangleMesh
-from lodbench.kernels.driver import Unsupported
 from lodbench.kernels.parameters import Range
 
 Segments: TypeAlias = Annotated[int, Range(1, 4096)]
@@ -59,7 +57,7 @@ def lattice_triangles(segments: int) -> Indices:
     return pairs[in_row].astype(np.uint32)
 
 
-def lattice_sharing(triangles: Indices, segments: int) -> tuple[NDArray[np.int64], int]:
+def lattice_sharing(triangles: Indices, segments: int) -> tuple[NDArray[np.uint32], int]:
     """Which refined vertices are one, by integers alone: (edge, place on it) and never by position.
 
     Args:
@@ -67,13 +65,13 @@ def lattice_sharing(triangles: Indices, segments: int) -> tuple[NDArray[np.int64
         segments: of the pattern.
 
     Returns:
-        The welded vertex of every instance's vertex, (m, lattice vertices), and how many there are: first the
+        The welded vertex of every instance's vertex, (m, lattice vertices) uint32, and how many there are: first the
         coarse vertices in use, then edge after edge, then interior after interior.
     """
     corners = np.asarray(triangles, np.int64)
     n, count = segments, len(corners)
     i, j = lattice_rows(n)
-    welded = np.empty((count, len(i)), np.int64)
+    welded = np.empty((count, len(i)), np.uint32)
 
     used, compact = np.unique(corners, return_inverse=True)
     welded[:, [0, len(i) - 1 - n, len(i) - 1]] = compact.reshape(-1, 3)
@@ -93,8 +91,9 @@ def lattice_sharing(triangles: Indices, segments: int) -> tuple[NDArray[np.int64
     total += len(edges) * (n - 1)
 
     inside = np.flatnonzero((j > 0) & (j < i) & (i < n))
-    welded[:, inside] = total + np.arange(count * len(inside)).reshape(count, len(inside))
-    return welded, total + count * len(inside)
+    last = total + count * len(inside)
+    welded[:, inside] = np.arange(total, last, dtype=np.uint32).reshape(count, len(inside))
+    return welded, last
 
 
 def vertex_total(triangle_count: int, segments: int) -> int:
@@ -107,22 +106,6 @@ def vertex_total(triangle_count: int, segments: int) -> int:
     if vertices > 2**32:
         raise ValueError(f"segments: expected at most 2**32 vertices in all, got {vertices:,}")
     return vertices
-
-
-def check_room(triangle_count: int, segments: int) -> None:
-    """Refuse a result that this machine could not hold, before any work is done on it.
-
-    Raises:
-        ValueError: see `vertex_total`.
-        Unsupported: more bytes than the machine has left, points, normals and triangles twice over.
-    """
-    vertices = vertex_total(triangle_count, segments)
-    needed = 2 * (24 * vertices + 12 * triangle_count * segments * segments)
-    available = psutil.virtual_memory().available
-    if needed > available:
-        raise Unsupported(
-            f"segments: needs {needed:,} bytes of memory for the result, machine has {available:,}"
-        )
 
 
 def refined_mesh(
@@ -158,5 +141,5 @@ def welded_mesh(refined: TriangleMesh, triangles: Indices, segments: int) -> Tri
         name: None if (values := getattr(refined, name)) is None else values[first]
         for name in ("normals", "uvs", "colours", "tags")
     }
-    faces = welded.astype(np.uint32)[refined.triangles]
+    faces = welded[refined.triangles]
     return TriangleMesh(refined.positions[first], faces, **attributes)

@@ -18,8 +18,9 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.api import Result
 from lodbench.kernels.device import Device
 from lodbench.kernels.parameters import Parameters, Range, check
-from lodbench.kernels.refine.lattice import Amplitude, Segments, Waves, check_room
+from lodbench.kernels.refine.lattice import Amplitude, Segments, Waves
 from lodbench.kernels.refine.pattern.host import Pattern, prepare
+from lodbench.kernels.refine.room import check_room
 from lodbench.kernels.system import Frame, System, run
 
 __all__ = ["Params", "Pattern", "SYSTEM", "refine"]
@@ -71,7 +72,7 @@ def refine(
     """
     params = Params.named(segments=segments, **options)
     check("weld", weld, bool), check("time", time, float)
-    check_room(mesh.triangle_count, segments)
+    check_room(device, mesh, params.segments, weld)
     prepared = prepare(device, mesh, params)
     frame = run(device, prepared, Frame(time=time))
     vertex_map = None

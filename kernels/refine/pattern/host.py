@@ -55,6 +55,11 @@ class _Level:
         return lattice_vertex_count(self.segments)
 
 
+def _joined(parts: Sequence[Floats]) -> Floats:
+    """The parts one after the other; a single one is not copied."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Pattern:
     """The pattern, or all of its levels, over `mesh`; its own normals, or area-weighted ones.
 
@@ -222,7 +227,7 @@ class Pattern:
         """
         none = [(None, np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32))]
         _, points, directions = zip(*(list(self._read()) or none), strict=True)
-        positions, normals = np.concatenate(points), np.concatenate(directions)
+        positions, normals = _joined(points), _joined(directions)
         return [
             refined_mesh(
                 self._mesh, self._drawn.segments, positions.reshape(-1, 3), normals.reshape(-1, 3)

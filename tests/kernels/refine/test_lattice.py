@@ -1,15 +1,11 @@
 from fractions import Fraction
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, torus
-from lodbench.kernels.driver import Unsupported
-from lodbench.kernels.refine import lattice
 from lodbench.kernels.refine.lattice import (
-    check_room,
     lattice_rows,
     lattice_sharing,
     lattice_triangles,
@@ -115,13 +111,3 @@ def test_lattice_sharing_of_no_triangles_is_empty():
     welded, count = lattice_sharing(np.zeros((0, 3), np.uint32), 4)
     assert welded.shape == (0, 15)
     assert count == 0
-
-
-def test_result_larger_than_memory_is_refused_before_any_work(monkeypatch):
-    with pytest.raises(ValueError, match=r"segments: expected at most 2\*\*32 vertices"):
-        check_room(6000, 4000)
-    memory = SimpleNamespace(available=10_000)
-    monkeypatch.setattr(lattice.psutil, "virtual_memory", lambda: memory)
-    with pytest.raises(Unsupported, match=r"segments: needs .* machine has 10,000"):
-        check_room(100, 16)
-    check_room(1, 4)
