@@ -18,6 +18,7 @@ STATUSES = ("ok", "skipped", "failed")
 _Number = (int, float, type(None))
 _Count = (int, type(None))
 _Text = (str, type(None))
+_CELL = (str, int, float, bool, list, type(None))
 _GROUP = {"group": str, "attempt": int}
 _NUMBERS = {"*": _Number}
 _SAMPLE = {
@@ -61,7 +62,7 @@ RUN_FIELDS: dict[str, Any] = {
 }  # fmt: skip
 TABLE_FIELDS: dict[str, Any] = {
     "id": NAME, "title": str, "source": str, "device": str, "columns": [_COLUMN], "notes?": [str],
-    "rows": [{"system": str, "status": str, "reason?": _Text, "*": (str, int, float, bool, type(None))}],
+    "rows": [{"system": str, "status": str, "reason?": _Text, "*": _CELL}],
 }  # fmt: skip
 PICTURE_FIELDS: list[Any] = [{"file": str, "caption": str}]
 

@@ -3,14 +3,17 @@
 import json
 import random
 import shutil
+from pathlib import Path
 
 import pytest
 
 from lodbench.harness import foreign
 from lodbench.harness.cli import main
-from lodbench.harness.record import RUN, SAMPLES
+from lodbench.harness.plots import documents
+from lodbench.harness.record import RUN, SAMPLES, read_run
 from tests.harness.made_run import make_run
 
+REFERENCE = Path(__file__).parents[2] / "results" / "reference"
 NASTY = (
     None,
     -1,
@@ -169,14 +172,20 @@ def test_markup_in_a_record_is_text_in_the_report(folder):
 def test_broken_table_and_picture_list_are_named(folder, capsys):
     path = next((folder / "tables").glob("*.json"))
     change(path, lambda made: made["columns"][0].update(key=7))
-    from lodbench.harness.plots import documents
-
     with pytest.raises(ValueError, match=rf"{path.name}: columns\[0\]: key: expected a name"):
         documents(folder)
     (folder / "images").mkdir(exist_ok=True)
     (folder / "images" / "pictures.json").write_text('[{"file": 3}]')
     with pytest.raises(ValueError, match=r"pictures.json\[0\]: file: expected str, got 3"):
         foreign.read_json(folder / "images" / "pictures.json", foreign.PICTURE_FIELDS)
+
+
+@pytest.mark.parametrize(
+    "path", sorted(REFERENCE.glob("*/*/run.json")), ids=lambda p: p.parent.name
+)
+def test_committed_runs_are_read(path):
+    assert read_run(path.parent).groups
+    assert documents(path.parent)
 
 
 def test_rows_say_line_and_field():
