@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lodbench.kernels import caches, driver, facts
 from lodbench.kernels.driver import DeviceError, Unsupported, choose_device, list_devices, opencl
+from lodbench.kernels.pool import Pool
 from lodbench.kernels.program import Buffer, Program
 from lodbench.kernels.stages.timeline import Timeline
 
@@ -41,10 +42,9 @@ class Device:
         self.context = cl.Context([device])
         properties = cl.command_queue_properties.PROFILING_ENABLE
         self._queue = cl.CommandQueue(self.context, device, properties=properties)
-        self._pool = cl.tools.MemoryPool(cl.tools.ImmediateAllocator(self._queue))
         self.memory_limit = int(memory_limit or device.global_mem_size)
-        self._largest = int(device.max_mem_alloc_size)
-        self._used = 0
+        largest = int(device.max_mem_alloc_size)
+        self._pool = Pool(self._queue, self.memory_limit, largest)
         self.local_size = min(local_size or LOCAL_SIZE, device.max_work_group_size)
         self._programs: dict[tuple[Any, ...], Program] = {}
         self.is_cpu = bool(device.type & cl.device_type.CPU)
@@ -58,7 +58,7 @@ class Device:
             kind="cpu" if self.is_cpu else "gpu" if device.type & cl.device_type.GPU else "other",
             compute_units=int(device.max_compute_units),
             memory_bytes=int(device.global_mem_size),
-            largest_allocation_bytes=self._largest,
+            largest_allocation_bytes=largest,
             local_bytes=int(device.local_mem_size),
             extensions=tuple(sorted(device.extensions.split())),
             one_core=one_core,
@@ -181,29 +181,18 @@ class Device:
         )
         dtype = np.dtype(dtype)
         size = max(math.prod(shape) * dtype.itemsize, 1)
-        free = self.memory_limit - self._used
-        if size > free or size > self._largest:
-            limit = "free" if size > free else "the largest allocation"
-            raise Unsupported(
-                f"{name}: needs {size:,} bytes of device memory, device has {min(free, self._largest):,} ({limit})"
-            )
-        driver.check_process()
-        try:
-            memory = self._pool.allocate(size)
-        except self.cl.Error as error:
-            raise Unsupported(
-                f"{name}: needs {size:,} bytes of device memory, device refused: {error}"
-            ) from None
-        self._used += size
-        return Buffer(name, shape, dtype, memory, self._given_back)
-
-    def _given_back(self, size: int) -> None:
-        self._used -= size
+        memory = self._pool.take(name, size)
+        return Buffer(name, shape, dtype, memory, self._pool.give_back)
 
     @property
     def used_bytes(self) -> int:
         """Bytes of all living buffers."""
-        return self._used
+        return self._pool.used_bytes
+
+    @property
+    def held_bytes(self) -> int:
+        """Bytes of buffers that are gone, kept for the next; a small share of the limit at most."""
+        return self._pool.held_bytes
 
     def upload(
         self,

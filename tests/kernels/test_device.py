@@ -4,9 +4,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from lodbench.datasets_gen.triangles import icosphere
 from lodbench.kernels import device as device_module
-from lodbench.kernels import driver
+from lodbench.kernels import driver, refine
 from lodbench.kernels.device import Device, DeviceError, Unsupported, list_devices
+from lodbench.kernels.pool import HELD_SHARE
 from lodbench.kernels.program import kernel_parameters
 from lodbench.kernels.stages.timeline import Timeline
 
@@ -229,6 +231,26 @@ def test_pool_hands_the_same_memory_out_again(device):
     handle = buffer.memory.int_ptr
     buffer.release()
     assert device.allocate("other", 1 << 20, np.float32).memory.int_ptr == handle
+
+
+def test_buffers_of_many_sizes_leave_a_bounded_amount_held():
+    small = Device.open(memory_limit=1 << 20)
+    bound = HELD_SHARE * small.memory_limit
+    for k in range(1, 60):
+        buffers = [small.allocate("values", 97 * k * n, np.float32) for n in (1, 3, 7)]
+        small.fill(Timeline(), "fill", buffers[-1], 0)
+        del buffers
+        assert small.used_bytes == 0
+        assert small.held_bytes <= bound
+    assert small.held_bytes > 0, "small buffers are kept"
+
+
+def test_calls_of_many_sizes_leave_a_bounded_amount_held():
+    small = Device.open(memory_limit=4 << 20)
+    for segments in range(2, 40, 3):
+        refine(icosphere(1), segments=segments, device=small)
+        assert small.used_bytes == 0
+        assert small.held_bytes <= HELD_SHARE * small.memory_limit
 
 
 def test_view_reads_the_same_memory_as_another_type():
