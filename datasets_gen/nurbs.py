@@ -27,7 +27,7 @@ def read_nurbs(path: str | Path) -> NurbsModel:
     if path.suffix.lower() not in SUFFIXES:
         raise FileError(f"{path}: expected a suffix of {' '.join(SUFFIXES)}, got {path.suffix!r}")
     try:
-        surfaces = json.loads(path.read_text())["surfaces"]
+        surfaces = json.loads(path.read_text("utf-8"))["surfaces"]
         return NurbsModel(
             tuple(
                 NurbsSurface(

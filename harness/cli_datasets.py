@@ -51,7 +51,7 @@ def make(
 
     Example: lodbench datasets make torus_20k torus.ply
 
-    Piped: lodbench datasets make torus_20k - | lodbench simplify - small.ply -n 500
+    Piped: lodbench datasets make torus_20k - | lodbench simplify - small.ply -n 5000
     """
     from lodbench.datasets_gen import catalogue
 

@@ -45,9 +45,9 @@ def geometry_image(
 ) -> None:
     """A closed mesh of genus 0 as a square image of positions and normals.
 
-    Example: lodbench geometry-image scan.ply scan.npz --level 9 --png
+    Example: lodbench geometry-image icosphere_4 ball.npz --level 6 --png
 
-    Piped: lodbench geometry-image scan.ply - | lodbench simplify - small.ply -n 5000
+    Piped: lodbench geometry-image icosphere_4 - | lodbench simplify - small.ply -n 5000
     """
     from lodbench.datasets_gen import images
     from lodbench.kernels import Device

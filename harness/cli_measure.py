@@ -184,8 +184,15 @@ def sweep_command(
 ) -> None:
     """Measure systems x datasets x parameters from a file; every sample is kept.
 
-    Example: lodbench sweep grids.toml --samples 20, where grids.toml says
-    systems = ["quadric_clustering"], datasets = ["torus_20k"], params = { cells = [32, 64] }
+    Example: lodbench sweep grids.toml --samples 20 --out run_a
+
+    Here grids.toml holds these lines; results/SWEEPS.md has all keys:
+
+    systems = ["quadric_clustering", "numpy_quadric_clustering"]
+
+    datasets = ["icosphere_5", "small.ply"]
+
+    params = { cells = [32, 64] }
     """
     from lodbench.harness import sweep
 
@@ -247,7 +254,7 @@ def report(
 ) -> None:
     """Make a run's tables, figures and HTML report again from its records.
 
-    Example: lodbench report results/pocl-amd-epyc/2026-11-22-1a2b3c4
+    Example: lodbench report run_a
     """
     from lodbench.harness import derive
 
@@ -275,7 +282,7 @@ def compare(
 
     Slower: beyond threshold and noise. Worse: error, topology or the number of triangles.
 
-    Example: lodbench compare results/reference/pocl-amd-epyc results/pocl-amd-epyc/2026-11-22-1a2b3c4
+    Example: lodbench compare run_a run_b
     """
     from lodbench.harness import compare as comparison
     from lodbench.harness.record import read_run

@@ -95,9 +95,9 @@ def simplify(
 ) -> None:
     """Fewer triangles of the same shape.
 
-    Example: lodbench simplify scan.ply small.ply --target-reduction 0.9
+    Example: lodbench simplify torus_20k small.ply --target-reduction 0.9
 
-    Piped: lodbench simplify - - --format obj -r 0.9 < scan.ply > small.obj
+    Piped: lodbench simplify - - --format obj -n 500 < small.ply > smaller.obj
     """
     from lodbench.datasets_gen.surfaces import GeometryImage
     from lodbench.kernels import Device, simplify_mesh
@@ -146,9 +146,9 @@ def refine(
 ) -> None:
     """More triangles: each split into segments^2, displaced if wanted.
 
-    Example: lodbench refine coarse.obj fine.ply --segments 16
+    Example: lodbench refine icosphere_2 fine.ply --segments 16
 
-    Piped: lodbench refine - - --segments 4 < coarse.obj > fine.ply
+    Piped: lodbench refine - - --segments 4 < smaller.obj > fine.ply
     """
     from lodbench.kernels import Device, refine_mesh
 
@@ -201,9 +201,9 @@ def render(
 ) -> None:
     """A picture of a mesh.
 
-    Example: lodbench render scan.ply scan.png --camera 120,10 --wireframe
+    Example: lodbench render small.ply small.png --camera 120,10 --wireframe
 
-    Piped: lodbench render - - --colour vertex < painted.ply > painted.png
+    Piped: lodbench datasets make terrain_2k - | lodbench render - terrain.png --up z
     """
     from lodbench.kernels import Device
     from lodbench.kernels.image import png_bytes

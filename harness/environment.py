@@ -54,7 +54,7 @@ def commit() -> tuple[str, bool]:
 def cpu_name() -> str:
     """The processor's name as the system gives it."""
     try:
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
+        for line in Path("/proc/cpuinfo").read_text("utf-8").splitlines():
             if line.lower().startswith("model name"):
                 return line.split(":", 1)[1].strip()
     except OSError:
@@ -98,7 +98,7 @@ def machine() -> dict[str, Any]:
         "memory_bytes": psutil.virtual_memory().total,
         "system": platform.platform(),
         "python": platform.python_version(),
-        "governor": governor.read_text().strip() if governor.exists() else None,
+        "governor": governor.read_text("utf-8").strip() if governor.exists() else None,
         "load": load_average(),
     }
 

@@ -69,7 +69,7 @@ def _figures(folder: Path, run: RunRecord) -> dict[str, list[_Drawn]]:
     found: dict[str, list[_Drawn]] = {}
     for figure in plots.write_figures(folder, run):
         name = f"{figure.table}-{figure.kind}"
-        svg = inline(figure.svg.read_text(), name, f"{figure.title}: {figure.caption}")
+        svg = inline(figure.svg.read_text("utf-8"), name, f"{figure.title}: {figure.caption}")
         drawn = _Drawn(figure.title, figure.caption, figure.kind, svg)
         found.setdefault(figure.table, []).append(drawn)
     return found
@@ -216,7 +216,7 @@ def write_report(folder: Path) -> Path:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    text = environment.from_string(TEMPLATE.read_text()).render(
+    text = environment.from_string(TEMPLATE.read_text("utf-8")).render(
         title=f"Level of detail on {name}",
         lead=f"{_several(subjects, 'subject')} on {_several(datasets, 'dataset')} in {_several(tables, 'table')}: "
         f"time, memory, error and topology of mesh refinement and simplification, measured with OpenCL "

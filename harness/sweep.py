@@ -57,7 +57,7 @@ def read(path: Path) -> dict[str, Any]:
         OSError: the file cannot be read.
     """
     try:
-        spec = tomllib.loads(path.read_text())
+        spec = tomllib.loads(path.read_text("utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: expected TOML, got {error}") from None
     spec.setdefault("name", re.sub(r"[^a-z0-9]+", "_", path.stem.lower()).strip("_") or "sweep")

@@ -153,7 +153,7 @@ class PeakMemory:
 
     @staticmethod
     def _read(key: str) -> int:
-        for line in Path("/proc/self/status").read_text().splitlines():
+        for line in Path("/proc/self/status").read_text("utf-8").splitlines():
             if line.startswith(key + ":"):
                 return int(line.split()[1]) << 10
         raise ValueError(f"/proc/self/status: expected {key}, got none")

@@ -164,7 +164,7 @@ class Device:
     def _join(self, file: str, texts: dict[str, str]) -> None:
         if file in texts:
             return
-        text = (KERNELS / file).read_text()
+        text = (KERNELS / file).read_text("utf-8")
         for line in re.findall(r"^// Needs +(.*)$", text, re.M):
             for needed in re.split(r"[,\s]+", line.strip()):
                 self._join(needed, texts)

@@ -70,10 +70,10 @@ def builtins_ratio(device: Device) -> float:
     key = f"{handle.platform.version}|{handle.version}|{handle.name}|{handle.driver_version}"
     path = cache_folder() / "builtins" / (hashlib.sha256(key.encode()).hexdigest()[:16] + ".json")
     try:
-        return float(json.loads(path.read_text())["ratio"])
+        return float(json.loads(path.read_text("utf-8"))["ratio"])
     except (OSError, ValueError, KeyError, TypeError):
         pass
-    program = device.compile([(PROBE.name, PROBE.read_text())], "")
+    program = device.compile([(PROBE.name, PROBE.read_text("utf-8"))], "")
     count, local = 1 << 16, 64
     memory = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, 4 * count)
     best: dict[str, float] = {}

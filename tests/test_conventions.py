@@ -129,6 +129,11 @@ def test_file_is_short_or_gives_its_reason(path):
         )
 
 
+@pytest.mark.parametrize("path", PYTHON_FILES, ids=short)
+def test_text_is_read_as_utf_8_on_every_machine(path):
+    assert "read_text()" not in path.read_text("utf-8")
+
+
 def test_dataset_makers_use_no_opencl():
     for path in (ROOT / "datasets_gen").rglob("*.py"):
         assert "pyopencl" not in path.read_text()

@@ -86,17 +86,6 @@ def test_debug_shows_the_traceback(capsys):
     assert "Traceback" in capsys.readouterr().err
 
 
-def test_every_command_has_help_with_an_example(capsys):
-    commands = [
-        ["doctor"], ["run"], ["sweep"], ["reproduce"], ["report"], ["compare"], ["simplify"], ["refine"],
-        *(["list", what] for what in ("systems", "datasets", "tables", "devices")),
-        *(["datasets", what] for what in ("list", "fetch", "make")),
-    ]  # fmt: skip
-    for words in commands:
-        assert main([*words, "--help"]) == 0
-        assert "Example: lodbench " + " ".join(words) in " ".join(capsys.readouterr().out.split())
-
-
 def test_run_measures_against_another_and_prints_rows(tmp_path, capsys):
     words = [
         "run",

@@ -55,7 +55,7 @@ def driver_name() -> str:
 
 def build(*files: str, varyings: Iterable[str] = ()) -> Any:
     """The program of these shader files, relative to this folder; `varyings` are kept by transform feedback."""
-    sources = {STAGES[Path(file).suffix]: (SHADERS / file).read_text() for file in files}
+    sources = {STAGES[Path(file).suffix]: (SHADERS / file).read_text("utf-8") for file in files}
     return context().program(**sources, varyings=tuple(varyings))
 
 
