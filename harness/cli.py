@@ -209,7 +209,7 @@ def list_datasets(json_output: JsonOption = False, keep: FilterOption = None) ->
 
 def _register() -> None:
     """Import the files that add their commands to `app`, in the order of the help."""
-    for part in ("mesh", "image", "measure", "datasets"):
+    for part in ("mesh", "image", "measure", "records", "datasets"):
         import_module(f"lodbench.harness.cli_{part}")
 
 
