@@ -26,7 +26,6 @@ from lodbench.harness.cli import (
     say_json,
     say_rows,
 )
-from lodbench.harness.cli_records import NO_REPORT
 from lodbench.harness.terminal import hint
 
 
@@ -241,5 +240,5 @@ def reproduce(
             show(folder, document)
         counts = ", ".join(f"{n} {status}" for status, n in derive.statuses(made).items())
         say(f"{len(made)} tables ({counts}): {folder / 'tables'}")
-        say(f"report: {page}" if page else NO_REPORT)
+        say(f"report: {page}" if page else derive.NO_REPORT)
     _tell_left_out(left_out, folder)

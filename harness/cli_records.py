@@ -9,8 +9,6 @@ import typer
 
 from lodbench.harness.cli import FilterOption, JsonOption, _pattern, app, say, say_json, say_rows
 
-NO_REPORT = "no report.html: pip install 'lodbench[report]', then `lodbench report RUN`"
-
 
 @app.command()
 def report(
@@ -30,7 +28,7 @@ def report(
         return
     for document in made:
         say(str(folder / "tables" / f"{document['id']}.md"))
-    say(str(page) if page else NO_REPORT)
+    say(str(page) if page else derive.NO_REPORT)
 
 
 @app.command()

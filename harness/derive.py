@@ -11,6 +11,7 @@ from lodbench.harness import sweep, tables
 from lodbench.harness.record import RunRecord, read_run
 
 FULL_ONLY = re.compile(r"_(lower|upper|min|low|high)$|^reason$")  # columns left to the files
+NO_REPORT = "no report.html: pip install 'lodbench[report]', then `lodbench report RUN`"
 MOST_NOISE = 4  # reasons for noise that a terminal shows one by one
 
 
