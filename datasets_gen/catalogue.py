@@ -221,7 +221,9 @@ def find(name: str) -> Dataset:
             f"dataset: {name} is not in the data folder (LODBENCH_DATA): put it there{fetchable} "
             f"or use {name}_standin"
         )
-    close = difflib.get_close_matches(name, names(), 3, 0.5)
+    known = names()
+    close = difflib.get_close_matches(name, known, 3, 0.5)
+    close += [other for other in known if name and name in other and other not in close][:3]
     hint = f"; closest: {' '.join(close)}" if close else ""
     raise ValueError(f"dataset: expected a name from `lodbench datasets list`, got {name!r}{hint}")
 

@@ -188,6 +188,7 @@ def render(
         str,
         typer.Option(
             "--colour",
+            "--color",
             autocompletion=complete.colours,
             help="smooth, flat, wireframe, triangle, or vertex: the mesh's own.",
         ),

@@ -264,3 +264,8 @@ def test_few_triangles_are_asked_about():
         "spot",
     ):
         assert catalogue.hint(name) == ""
+
+
+def test_unknown_name_brings_those_that_hold_it(nowhere):
+    with pytest.raises(ValueError, match=r"closest: .*bunny_69k_standin"):
+        catalogue.find("bunny")

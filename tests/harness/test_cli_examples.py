@@ -1,23 +1,23 @@
-"""Every example of every help, run as it stands: in the order of the help, in one folder, empty at first."""
+"""Examples run as they stand, those of every help in its order and those of the README, in a folder empty at first."""
 
-import io
 import os
 import re
-import shlex
 import shutil
-import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 import typer
 
 from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.fetch import SCANS
+from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness import cli, limits
 from tests.harness import fake
+from tests.harness.shell import run
 
 cli._register()
+LESS = {"run": " --samples 2", "geometry-image": " --level 6"}  # the same in less time
+README = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
 
 
 def walk(command, words=()):
@@ -35,33 +35,6 @@ EXAMPLES = [
     for words, text in HELP.items()
     for line in re.findall(r"(?m)^(?:Example|Piped): (.+)$", text)
 ]
-
-
-class Bytes(io.TextIOWrapper):
-    """A standard stream that is no terminal."""
-
-    def __init__(self, data=b""):
-        super().__init__(io.BytesIO(data), encoding="utf-8")
-
-
-def run(line, monkeypatch):
-    """What a shell does with `a | b < file > file`; the exit code and output of the last."""
-    data = b""
-    for stage in line.split("|"):
-        words = shlex.split(stage)
-        out = Path(words.pop(words.index(">") + 1)) if ">" in words else None
-        if "<" in words:
-            data = Path(words.pop(words.index("<") + 1)).read_bytes()
-        name, *words = [word for word in words if word not in "<>"]
-        assert name == "lodbench"
-        monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(data), isatty=bool))
-        monkeypatch.setattr(sys, "stdout", stdout := Bytes())
-        code = cli.main(words)
-        stdout.flush()
-        data = stdout.buffer.getvalue()
-        if out:
-            out.write_bytes(data)
-    return code, data
 
 
 @pytest.mark.parametrize("words", HELP)
@@ -82,8 +55,33 @@ def test_examples_run_as_they_stand(tmp_path, monkeypatch, capfd):
                 fake.install(patch.setattr)
             if words == "compare":  # of two runs, made before and after a change
                 shutil.copytree("run_a", "run_b")
-            code, said = run(line.replace("--samples 20", "--samples 2"), patch)
+            quick = LESS["run"] if words == "run" else ""
+            code, said = run(line.replace("--samples 20", "--samples 2") + quick, patch)
         assert code == 0, f"{line}\n{capfd.readouterr().err}"
         assert said or ">" in line or "| " in line, line
     made = {"small.ply", "fine.ply", "small.png", "terrain.png", "ball.npz", "torus.ply", "run_a"}
     assert made <= set(os.listdir())
+
+
+def test_commands_of_the_readme_run_as_they_stand(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(limits, "measure", lambda device: fake.LIMITS)
+    monkeypatch.setattr(catalogue, "_own", {})
+    lines = re.findall(r"(?m)^(lodbench [^#\n]+?)(?: +#.*)?$", README)
+    assert len(lines) > 10
+    for line in lines:
+        with monkeypatch.context() as patch:
+            if "reproduce" in line:  # minutes
+                fake.install(patch.setattr)
+            quick = next((less for word, less in LESS.items() if f"lodbench {word} " in line), "")
+            code, _ = run(line + quick, patch)
+        assert code == 0, f"{line}\n{capfd.readouterr().err}"
+
+
+def test_calls_of_the_readme_run_as_they_stand():
+    (code,) = re.findall(r"(?s)```python\n(.*?)```", README)
+    ball = icosphere(2)
+    names = {"points": ball.points, "faces": ball.triangles, "mesh": ball}
+    exec(code.replace("5000", "50").replace("90, 90, 90", "9, 9, 9"), names)
+    assert names["image"].shape == (1024, 1280, 3)
+    assert len(names["result"].mesh.triangles) <= 50

@@ -16,7 +16,7 @@ def mesh(tmp_path):
 
 def test_render_writes_a_picture(mesh, tmp_path, capsys):
     out = tmp_path / "sphere.png"
-    words = ["--size", "64x48", "--camera", "200,-10", "--colour", "triangle", "--wireframe"]
+    words = ["--size", "64x48", "--camera", "200,-10", "--color", "triangle", "--wireframe"]
     assert main(["render", str(mesh), str(out), *words, "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["width"], facts["height"], facts["triangles_in"]) == (64, 48, 320)
