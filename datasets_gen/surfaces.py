@@ -124,7 +124,7 @@ class TriangleMesh:
         if self.normals is not None:
             return self
         low, high = self.box
-        scale = max(float((high - low).max()), np.finfo(np.float32).tiny)
+        scale = max(float((high - low).max()), float(np.finfo(np.float32).tiny))
         corners = ((self.positions.astype(np.float64) - low) / scale)[self.triangles]
         face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         total = np.stack(

@@ -124,7 +124,8 @@ def _look(
     if not np.isfinite(values).all():
         raise ValueError("colour: expected finite values, got NaN or infinity")
     low, high = colour_range or ((values.min(), values.max()) if values.size else (0.0, 1.0))
-    unit = (values - low) / (high - low) if high > low else np.zeros_like(values)
+    span = high / 2 - low / 2  # halves: the whole may be more than float64 holds
+    unit = (values / 2 - low / 2) / span if span > 0 else np.zeros_like(values)
     return Look(
         wireframe=wireframe,
         values=np.clip(unit, 0, 1).astype(np.float32),

@@ -73,6 +73,18 @@ static inline planes8 difference(const planes8 a, const planes8 b)
     return e;
 }
 
+// along the normal of the facet with these two edges, of a length that float holds however small or large they are
+static inline planes8 facet_normal(planes8 a, planes8 b)
+{
+    float8 longest = greater(greater(fabs(a.x), fabs(a.y)), fabs(a.z));
+    longest = greater(longest, greater(greater(fabs(b.x), fabs(b.y)), fabs(b.z)));
+    const int8 power = as_int8(longest) & 0x7F800000;
+    const float8 scale = as_float8(0x7F000000 - (power < 0x7E800000 ? power : 0x7E800000)); // one over it, nearly
+    a.x *= scale, a.y *= scale, a.z *= scale;
+    b.x *= scale, b.y *= scale, b.z *= scale;
+    return across(a, b);
+}
+
 // a corner that the vertex stage could not place: clip-space x and y, moved so that the pixel is the origin
 static inline planes8 seen_from(const planes8 p, const float16 m, const float8 x, const float y)
 {

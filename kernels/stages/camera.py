@@ -15,6 +15,9 @@ TABLE_SIZE = (
     1024,
 )  # of the tables: the size that Boubekeur & Schlick and Concheiro measured at
 FOV_Y = 45.0  # degrees
+ORDINARY = 60  # powers of two by which a world may differ from 1 and still be transformed as it is
+FARTHEST = 100  # powers of two that a transform's entries may reach; float32 ends at 128
+ROOM = 20  # powers of two above 1 for what is added, so that a rotation keeps its digits in a large world
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -226,7 +229,10 @@ def moved(view: View, by: ArrayLike) -> View:
 
 
 def to_screen(view: View) -> NDArray[np.float32]:
-    """World to fixed-point screen, (16,) float32: rows of x, y (sub-pixels, y down), depth 0..1 and w, times w."""
+    """World to fixed-point screen, (16,) float32: rows of x, y (sub-pixels, y down), depth 0..1 and w, times w.
+
+    Of a world much larger or smaller than 1 all four times a power of two, which float32 needs and w takes out again.
+    """
     m = view.world_to_clip
     rows = np.stack(
         [
@@ -236,4 +242,8 @@ def to_screen(view: View) -> NDArray[np.float32]:
             m[3],
         ]
     )
+    shift = -int(np.frexp(np.abs(rows[:, 3]).max())[1])  # what is added is as large as the world
+    if abs(shift) > ORDINARY:
+        shift = min(shift + ROOM, FARTHEST - int(np.frexp(np.abs(rows).max())[1]))
+        rows = np.ldexp(rows, shift)
     return rows.astype(np.float32).ravel()

@@ -151,7 +151,7 @@ __kernel void stages_fragment_shade(
                 normal.y = u * na.y + v * nb.y + w * nc.y;
                 normal.z = u * na.z + v * nb.z + w * nc.z;
             } else
-                normal = across(difference(pb, pa), difference(pc, pa));
+                normal = facet_normal(difference(pb, pa), difference(pc, pa));
             normal.x *= -side, normal.y *= -side, normal.z *= -side;
             facing[group] = normal;
         }

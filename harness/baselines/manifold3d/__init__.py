@@ -60,7 +60,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     with setup.host("search"):
         tolerance = (
             _search(solid, mesh.diagonal, target)
-            if params.tolerance is None and mesh.triangle_count
+            if params.tolerance is None and mesh.diagonal
             else (params.tolerance or 0.0) * mesh.diagonal
         )
 

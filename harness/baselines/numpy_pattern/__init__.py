@@ -32,6 +32,9 @@ from lodbench.kernels.system import Check, Frame, System
 BLOCK = (
     1 << 15
 )  # vertices: three planes of normals, their squares and lengths fit a second-level cache
+LEAST = np.float32(
+    1e-30
+)  # of a squared length, as in the kernel: normals that cancel have no direction
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
             np.multiply(part, part, out=square)
             np.add(square[:, :1], square[:, 1:2], out=length)
             np.add(length, square[:, 2:], out=length)
+            np.maximum(length, LEAST, out=length)
             np.sqrt(length, out=length)
             np.divide(part, length, out=part)
         return positions, normals

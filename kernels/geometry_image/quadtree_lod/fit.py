@@ -95,7 +95,8 @@ def fitted(image: GeometryImage, depth: int) -> NDArray[np.float32]:
         found[:, k], _ = cg(normal, right, x0=begin[:, k], rtol=ROUGH, maxiter=STEPS, M=inverse)
     result = np.zeros(((1 << depth) + 1) ** 2 * 3).reshape(-1, 3)
     result[used] = found
-    return result[own].reshape(start.shape).astype(np.float32)
+    most = float(np.finfo(np.float32).max)  # a fit may lie a little outside of what it fits
+    return np.clip(result[own], -most, most).reshape(start.shape).astype(np.float32)
 
 
 def pyramid(image: GeometryImage, placement: str) -> list[NDArray[np.float32]]:
