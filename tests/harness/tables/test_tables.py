@@ -266,3 +266,13 @@ def test_real_shaders_quick_run_leaves_out_what_takes_a_software_driver_minutes(
     table = tables.table("real_shaders")
     assert max(made.facts.get("segments", 0) for made in table.groups(True)) == 16
     assert max(made.facts.get("segments", 0) for made in table.groups(False)) == 64
+
+
+def test_quick_run_measures_every_table_on_smaller_inputs():
+    for table in tables.tables().values():
+        sizes = []
+        for quick in (True, False):
+            entries = [group.found().triangles or 0 for group in table.groups(quick)]
+            assert entries, table.id
+            sizes.append(max(entries))
+        assert sizes[0] <= min(sizes[1], 1_100_000), table.id
