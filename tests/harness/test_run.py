@@ -136,7 +136,7 @@ class Clock:
 PAIR = (Subject("fake"), Subject("other"))
 
 
-@pytest.mark.parametrize("seconds", [10.0, 20.0, 30.0, 60.0])
+@pytest.mark.parametrize("seconds", [10.0, 20.0])
 @pytest.mark.parametrize(("prepare_s", "frame_s"), [(1.0, 0.1), (0.0, 0.5), (2.0, 0.0)])
 def test_time_budget_is_kept(device, folder, monkeypatch, seconds, prepare_s, frame_s):
     clock = Clock(monkeypatch, prepare_s, frame_s)

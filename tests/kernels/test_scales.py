@@ -10,6 +10,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness import registry
 from lodbench.kernels import refine, render, simplify
+from lodbench.kernels.device import Unsupported
 from lodbench.kernels.system import run
 
 BALL = TriangleMesh(icosphere(2).positions, icosphere(2).triangles)
@@ -62,7 +63,10 @@ def test_host_subjects_take_any_scale_without_a_warning(device, name, power):
     params = next(iter(system.cases.values()))
     if hasattr(params, "segments"):
         params = replace(params, segments=2)
-    prepared = system.prepare(device, scaled(power), params)
+    try:
+        prepared = system.prepare(device, scaled(power), params)
+    except Unsupported as error:  # a peer that is not installed
+        pytest.skip(str(error))
     run(device, prepared)
     prepared.check()
     for mesh in prepared.result():
