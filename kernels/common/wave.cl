@@ -22,7 +22,7 @@ static inline void wave_phase(const planes8 p, const float4 wave, float8 *turns,
     const float8 square = max(fma(q.z, q.z, fma(q.y, q.y, q.x * q.x)), 1e-30f);
     const float8 inverse = float8_rsqrt(square);
     *turns = fma(square * inverse, (float8)(wave.y), (float8)(wave.z));
-    *steep = inverse * (6.28318531f * wave.x * wave.w * wave.y);
+    *steep = inverse * (wave.x * wave.w * 6.28318531f * wave.y); // in this order finite for every model
 }
 
 // turns become the height above the surface, and steep gets its cosine

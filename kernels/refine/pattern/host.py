@@ -76,7 +76,9 @@ class Pattern:
         self._device, self._mesh, self._params = device, canonical(mesh), params
         self.setup = Timeline()
         self._corners = corner_attributes(self._mesh)
-        self._diagonal = min(max(mesh.diagonal, 1e-30), 1e30)
+        self._diagonal = min(max(mesh.diagonal, 2.0**-126), 3.4e38)  # finite, and its inverse
+        away = float(np.abs(mesh.positions).max(initial=0))
+        self._wave_unit = max(self._diagonal, 2.0**-40 * away)  # squares of distances are finite
         count = mesh.triangle_count
         with self.setup.host("upload"):
             self._attributes = device.upload("corners", self._corners, np.float32, (None, 19))
@@ -173,8 +175,8 @@ class Pattern:
 
     def _wave(self, time: float) -> tuple[float, float, float, float]:
         """Amplitude in model units, waves per diagonal, phase in turns, 1 / diagonal."""
-        scale = self._diagonal
-        return self._params.amplitude * scale, self._params.waves, -(time % 1.0), 1.0 / scale
+        params = self._params
+        return params.amplitude * self._diagonal, params.waves, -(time % 1.0), 1 / self._wave_unit
 
     def _choose(self, frame: Frame) -> _Level:
         """The finest level within `near`, one coarser for each doubling of the eye's distance from the box."""

@@ -106,6 +106,38 @@ def test_pattern_keeps_coarse_points_and_area(device):
 
 
 @MODES
+@pytest.mark.parametrize("exponent", [-100, -60, 60, 120])
+def test_pattern_powers_of_two_scale_the_result_exactly(device, mode, exponent):
+    points = np.round(icosphere(1).positions.astype(float) * 1024)
+    one, other = (
+        draw(device, TriangleMesh(points * 2.0**k, icosphere(1).triangles), 4, **mode).result()[0]
+        for k in (-10, exponent - 10)
+    )
+    np.testing.assert_array_equal(other.normals, one.normals)
+    # a height next to nothing loses digits to the smallest float, and only there
+    expected = one.positions.astype(float) * 2.0**exponent
+    np.testing.assert_allclose(other.positions, expected, rtol=0, atol=2.0**-148)
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 0.1, -1.0])
+@pytest.mark.parametrize(
+    "points",
+    [
+        [[1, 2, 3]] * 3,
+        [[1e38, 1e38, -1e38]] * 3,
+        [[1, 0, 0], [1, 1e-20, 0], [1, 0, 1e-20]],
+        [[1e38, 1e-38, 1], [-1e38, 0, 1e-45], [0, 1e38, 0]],
+        [[1e38, -1e38, 1e38], [-1e38, 1e38, 1e38], [0, 0, -1e38]],
+    ],
+)
+def test_pattern_of_any_floats_is_finite(device, points, amplitude):
+    mesh = TriangleMesh(np.array(points, np.float32), [[0, 1, 2]])  # as they are, about no origin
+    prepared = draw(device, mesh, 5, amplitude=amplitude)
+    assert np.isfinite(prepared.result()[0].positions).all()
+    assert prepared.check().passed
+
+
+@MODES
 def test_pattern_normals_are_units(device, mode):
     normals = draw(device, shaken(icosphere(2)), 9, **mode).result()[0].normals
     assert np.abs(np.linalg.norm(normals.astype(float), axis=1) - 1).max() < UNIT_LENGTH
