@@ -11,9 +11,13 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 def in_order(mesh: TriangleMesh) -> NDArray[np.float32]:
     """Each triangle's corners, lowest first, and the triangles sorted: equal for equal surfaces. (m, 9) float32."""
     corners = mesh.positions[mesh.triangles]
+    order = np.lexsort(mesh.positions.T)
     rank = np.empty(mesh.vertex_count, np.int64)
-    rank[np.lexsort(mesh.positions.T)] = np.arange(mesh.vertex_count)
-    first = np.argmin(rank[mesh.triangles], axis=1)[:, None]
+    # one rank for all vertices at one place; where two corners are there, the corner after them decides
+    other = np.diff(mesh.positions[order], axis=0, prepend=np.nan) != 0
+    rank[order] = np.cumsum(other.any(axis=1))
+    own = rank[mesh.triangles]
+    first = np.argmin(own * (mesh.vertex_count + 1) + np.roll(own, -1, axis=1), axis=1)[:, None]
     turned = np.take_along_axis(corners, ((first + np.arange(3)) % 3)[..., None], axis=1)
     rows = turned.reshape(-1, 9)
     return rows[np.lexsort(rows.T)]

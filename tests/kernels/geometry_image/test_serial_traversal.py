@@ -37,6 +37,16 @@ def test_comparison_of_surfaces_sees_a_missing_and_a_turned_triangle():
     assert differing(mesh, TriangleMesh(points, faces[:, ::-1])) > 0
 
 
+def test_comparison_of_surfaces_is_not_misled_by_vertices_at_one_place():
+    points = np.array([(0, 0, 0), (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 0)])
+    faces = np.array([(0, 1, 2), (3, 4, 1), (0, 1, 4), (2, 3, 4)])
+    mesh = TriangleMesh(points, faces)
+    order = np.array([4, 2, 1, 0, 3])
+    shuffled = TriangleMesh(points[order], np.argsort(order)[np.roll(faces[::-1], 1, axis=1)])
+    assert differing(mesh, shuffled) == 0
+    assert differing(mesh, TriangleMesh(points, faces[:, ::-1])) > 0
+
+
 def test_a_threshold_for_each_node_is_not_supported(device):
     with pytest.raises(Unsupported, match="one threshold for the whole model"):
         SYSTEM.prepare(device, bumpy_image(2), Params(view="node"))
