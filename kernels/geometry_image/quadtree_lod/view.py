@@ -61,23 +61,23 @@ def detail_of(tree: Tree, params: Params, threshold: float, view: View | None) -
     nodes is a reconstruction.
     """
     if view is None or params.view == "none":
-        return Detail(_at_most_float32(threshold))
+        return Detail(at_most_float32(threshold))
     unit = tree.scale
     scale, perspective = pixels_per_unit(view)
     if not perspective:
-        return Detail(_at_most_float32(params.pixels / scale * unit))
+        return Detail(at_most_float32(params.pixels / scale * unit))
     diagonal = tree.diagonal * unit
     nearest = max(NEAREST * diagonal, float(np.finfo(np.float32).tiny))
     eye = np.asarray(view.eye, np.float64) * unit
     apart = float(np.linalg.norm(eye - (tree.low + tree.high) * unit / 2))
     if params.view == "global":
         away = max(apart - diagonal / 2, nearest)
-        return Detail(_at_most_float32(params.pixels * away / scale))
+        return Detail(at_most_float32(params.pixels * away / scale))
     slack = SLACK * EPSILON32 * (apart + diagonal)
     x, y, z, w = (float(np.float32(v)) for v in (*eye, scale / params.pixels))
     return Detail(0.0, (x, y, z, w), (float(np.float32(nearest)), float(np.float32(slack))))
 
 
-def _at_most_float32(value: float) -> float:
+def at_most_float32(value: float) -> float:
     """The value as float32, kept finite."""
     return float(np.float32(min(value, float(np.finfo(np.float32).max))))
