@@ -53,7 +53,9 @@ def _default_device(name: str | None) -> Device:
 
 def open_device(device: Device | str | None) -> Device:
     """`device` itself, or the one of that name, or the default: opened once and kept open."""
-    return device if isinstance(device, Device) else _default_device(device)
+    if isinstance(device, Device):
+        return device
+    return _default_device(check("device", device, str | None))
 
 
 @cache

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-import math
 import types
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -15,6 +14,8 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 import numpy as np
 
 P = TypeVar("P", bound="Parameters")
+LARGEST = float(np.finfo(np.float64).max)
+LONGEST = 60  # characters of a value that an error repeats
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,22 @@ def _words(kind: Any) -> str:
     return getattr(kind, "__name__", str(kind))
 
 
+def plain(value: Any) -> Any:
+    """The scalars and one-dimensional arrays of numpy as Python's; others as they are."""
+    if isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim < 2):
+        return value.tolist()
+    return value
+
+
+def shown(value: Any) -> str:
+    """The value on one line, cut where it is long."""
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # a whole number with more digits than Python writes
+        text = type(value).__name__
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
+
 def check(name: str, value: Any, kind: Any) -> Any:
     """`value` as the annotation `kind` has it: numpy's numbers become Python's, a list a tuple.
 
@@ -73,33 +90,34 @@ def check(name: str, value: Any, kind: Any) -> Any:
     origin, arguments = get_origin(kind), get_args(kind)
     if kind is Any:
         return value
+    value = plain(value)
     if origin is Annotated:
         found = check(name, value, arguments[0])
         if found not in arguments[1]:
-            raise ValueError(f"{name}: expected {arguments[1]}, got {value}")
+            raise ValueError(f"{name}: expected {arguments[1]}, got {shown(value)}")
         return found
     if origin is Literal:
+        if type(value) not in map(type, arguments):
+            raise TypeError(f"{name}: expected {_words(kind)}, got {shown(value)}")
         if value not in arguments:
-            wrong = ValueError if type(value) in map(type, arguments) else TypeError
-            raise wrong(f"{name}: expected {_words(kind)}, got {value!r}")
+            raise ValueError(f"{name}: expected {_words(kind)}, got {shown(value)}")
         return value
     if origin in (Union, types.UnionType):
         return _of_union(name, value, kind)
-    if origin is tuple and isinstance(value, tuple | list | np.ndarray):
+    if origin is tuple and isinstance(value, tuple | list):
         if len(value) == len(arguments):
             return tuple(check(name, v, k) for v, k in zip(value, arguments, strict=True))
-    elif kind in (int, float) and not isinstance(value, bool | np.bool_):
-        if isinstance(value, Integral):
-            return int(value)
-        if kind is float and isinstance(value, Real):
-            if not math.isfinite(value):
-                raise ValueError(f"{name}: expected a finite number, got {value}")
-            return float(value)
-    elif kind is bool and isinstance(value, bool | np.bool_):
-        return bool(value)
+    elif kind is int and isinstance(value, Integral) and not isinstance(value, bool):
+        return int(value)
+    elif kind is float and isinstance(value, Real) and not isinstance(value, bool):
+        if not abs(value) <= LARGEST:
+            raise ValueError(f"{name}: expected a finite number, got {shown(value)}")
+        return int(value) if isinstance(value, Integral) else float(value)
+    elif kind is bool and isinstance(value, bool):
+        return value
     elif origin is None and kind not in (int, float, bool) and isinstance(value, kind):
         return value
-    raise TypeError(f"{name}: expected {_words(kind)}, got {value!r}")
+    raise TypeError(f"{name}: expected {_words(kind)}, got {shown(value)}")
 
 
 def _of_union(name: str, value: Any, kind: Any) -> Any:
@@ -112,7 +130,7 @@ def _of_union(name: str, value: Any, kind: Any) -> Any:
             return check(name, value, argument)
         except TypeError:
             continue
-    raise TypeError(f"{name}: expected {_words(kind)}, got {value!r}")
+    raise TypeError(f"{name}: expected {_words(kind)}, got {shown(value)}")
 
 
 def closest(argument: str, got: str, names: Iterable[str]) -> str:

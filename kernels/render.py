@@ -19,6 +19,7 @@ from lodbench.kernels.stages.raster import Raster, Side
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import DeviceSurface, Frame, View
 
+MOST_PIXELS = 16384  # along a side, as drawn
 COLOURS = ("smooth", "flat", "wireframe", "triangle", "vertex")
 CAMERA = (30.0, 20.0)  # degrees: a little from the right, a little from above
 UP = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -179,7 +180,11 @@ def render(
     wireframe, cull = check("wireframe", wireframe, bool), check("cull", cull, bool)
     colour_range = check("colour_range", colour_range, tuple[float, float] | None)
     look = _look(mesh, colour, wireframe, cull, colour_map, colour_range)
-    samples = check("samples", samples, Annotated[int, Range(1)])
+    samples = check(
+        "samples",
+        samples,
+        Annotated[int, Range(1, max(MOST_PIXELS // max(view.width, view.height), 1))],
+    )
     drawn = replace(view, width=view.width * samples, height=view.height * samples)
     look = replace(look, line_width=look.line_width * samples)
     opened = open_device(device)

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.kernels.parameters import shown
+
 MAX_CELLS = 2**27
 FLAT = (
     2.0**-100
@@ -28,19 +30,21 @@ def check_cells(cells: Any) -> None:
     values = tuple(cells) if many else (cells,)
     for value in values:
         if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-            raise TypeError(f"cells: expected a number or (nx, ny, nz), got {cells!r}")
-        if not (math.isfinite(value) and value >= 1) or (many and value != int(value)):
-            raise ValueError(f"cells: expected at least 1 per axis, got {cells!r}")
+            raise TypeError(f"cells: expected a number or (nx, ny, nz), got {shown(cells)}")
+        if not 1 <= value < math.inf or (many and value != int(value)):
+            raise ValueError(f"cells: expected at least 1 per axis, got {shown(cells)}")
     if many and len(values) != 3:
-        raise ValueError(f"cells: expected a number or (nx, ny, nz), got {cells!r}")
+        raise ValueError(f"cells: expected a number or (nx, ny, nz), got {shown(cells)}")
     check_product([math.ceil(value) for value in values], cells)
 
 
 def check_product(counts: list[int] | tuple[int, ...], cells: object) -> None:
     """Refuse a grid of more than 2**27 cells."""
     if math.prod(counts) > MAX_CELLS:
-        product = " x ".join(f"{n:,}" for n in counts)
-        raise ValueError(f"cells: expected at most {MAX_CELLS:,} in all, got {product} ({cells!r})")
+        product = " x ".join(f"{n:,}" if n <= MAX_CELLS else "more" for n in counts)
+        raise ValueError(
+            f"cells: expected at most {MAX_CELLS:,} in all, got {product} ({shown(cells)})"
+        )
 
 
 @dataclass(frozen=True)

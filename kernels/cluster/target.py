@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lodbench.kernels.cluster.grid import Cells, check_cells
+from lodbench.kernels.parameters import plain
 from lodbench.kernels.targets import Target
 
 DEFAULT_CELLS = 64
@@ -22,6 +23,7 @@ class GridTarget(Target):
     cells: Cells | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "cells", plain(self.cells))
         if self.cells is not None:
             check_cells(self.cells)
         super().__post_init__()

@@ -1,5 +1,6 @@
 """Arguments of the calls: wrong types and unknown names are refused by name, before any work."""
 
+import numpy as np
 import pytest
 
 from lodbench.datasets_gen.triangles import icosphere
@@ -34,6 +35,8 @@ BALL = icosphere(1)
             simplify, {"cells": 9, "placment": "average"}, TypeError,
             "option: expected one like placement, got 'placment'",
         ),
+        (simplify, {"cells": 10**400}, ValueError, "cells: expected at most 134,217,728 in all"),
+        (simplify, {"cells": np.ones((3, 3))}, TypeError, "cells: expected a number or (nx, ny"),
         (simplify, {"cells": 9, "chunks": 1.0}, TypeError, "chunks: expected a whole number"),
         (simplify, {"cells": 9, "method": 3}, TypeError, "method: expected text, got 3"),
         (
@@ -46,6 +49,12 @@ def test_wrong_argument_is_refused_by_name(device, call, options, error, text):
     with pytest.raises(error) as raised:
         call(BALL, device=device, **options)
     assert str(raised.value).startswith(text)
+
+
+def test_cells_may_be_an_array(device):
+    points, _ = simplify(BALL, cells=np.array([3, 4, 5]), device=device)
+    expected, _ = simplify(BALL, cells=(3, 4, 5), device=device)
+    np.testing.assert_array_equal(points, expected)
 
 
 @pytest.mark.parametrize("name", systems())

@@ -75,3 +75,29 @@ def test_check_takes_a_pair_of_numbers():
     for wrong in ((2.5, 3), (3,), "ab", 7, None):
         with pytest.raises(TypeError, match="size: expected"):
             check("size", wrong, tuple[int, int])
+
+
+@pytest.mark.parametrize(
+    ("value", "kind", "error"),
+    [
+        (np.zeros((9, 9)), int, TypeError),
+        (np.array(["a", "b"]), Literal["a", "b"], TypeError),
+        (["a"], Literal["a", "b"], TypeError),
+        (True, Literal[1, 2], TypeError),
+        (10**400, float, ValueError),
+        (10**9999, Annotated[int, Range(1, 4)], ValueError),
+        ("word " * 99, int, TypeError),
+    ],
+    ids=range(7),
+)
+def test_error_is_one_short_line_whatever_came(value, kind, error):
+    with pytest.raises(error, match=r"^x: expected .*, got .+") as raised:
+        check("x", value, kind)
+    assert "\n" not in str(raised.value)
+    assert len(str(raised.value)) < 150
+
+
+def test_arrays_of_numpy_are_scalars_and_tuples():
+    assert check("x", np.array(3), int) == 3
+    assert type(check("x", np.array(0.5), float)) is float
+    assert Params(cells=np.array([3, 2, 1])).cells == (3, 2, 1)

@@ -156,7 +156,8 @@ def test_render_far_from_the_origin_is_the_same_picture(device):
         ({"colour": [1.0, 2.0]}, r"colour: expected \(4,\) values of points or \(4,\) of faces"),
         ({"colour": [1.0, np.nan, 0, 0]}, "colour: expected finite values"),
         ({"size": (0, 10)}, "size: expected 1 to 16384, got 0"),
-        ({"samples": 0}, "samples: expected at least 1"),
+        ({"samples": 0}, "samples: expected 1 to 136, got 0"),
+        ({"samples": 137}, "samples: expected 1 to 136, got 137"),
         ({"up": "w"}, "up: expected one of x, y, z, got 'w'"),
         ({"camera": (np.nan, 0)}, "camera: expected a finite number, got nan"),
         ({"colour": [0.0] * 4, "colour_map": "none such"}, "colour_map: expected a matplotlib"),
@@ -172,6 +173,7 @@ def test_render_refuses_wrong_arguments_by_name(device, options, text):
     [
         ({"size": (2.5, 3)}, "size: expected a whole number, got 2.5"),
         ({"size": 640}, "size: expected (a whole number, 1 to 16384, a whole number, 1 to 16384)"),
+        ({"device": 3}, "device: expected text or None, got 3"),
         ({"samples": 1.5}, "samples: expected a whole number, got 1.5"),
         ({"camera": "front"}, "camera: expected (a number, a number), got 'front'"),
         ({"wireframe": "yes"}, "wireframe: expected True or False, got 'yes'"),
@@ -180,7 +182,7 @@ def test_render_refuses_wrong_arguments_by_name(device, options, text):
 )
 def test_render_refuses_other_types_by_name(device, options, text):
     with pytest.raises(TypeError) as raised:
-        render(TETRAHEDRON, device=device, **({"size": SIZE} | options))
+        render(TETRAHEDRON, **({"size": SIZE, "device": device} | options))
     assert str(raised.value).startswith(text)
 
 
