@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from lodbench.harness import sweep, tables
-from lodbench.harness.record import RunRecord, read_run
+from lodbench.harness.foreign import blamed_on
+from lodbench.harness.record import RUN, RunRecord, read_run
 
 FULL_ONLY = re.compile(r"_(lower|upper|min|low|high)$|^reason$")  # columns left to the files
 NO_REPORT = "no report.html: pip install 'lodbench[report]', then `lodbench report RUN`"
@@ -23,7 +24,8 @@ def tables_of(run: RunRecord) -> list[tables.Table]:
         if name in tables.tables():
             found.append(tables.table(name))
         elif spec and spec.get("name") == name:
-            found.append(sweep.table(sweep.validate(spec)))
+            with blamed_on(run.folder / RUN, "the sweep that was measured"):
+                found.append(sweep.table(sweep.validate(spec)))
     return found
 
 

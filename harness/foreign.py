@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 NAME = re.compile(r"[a-z0-9_]+")
 STATUSES = ("ok", "skipped", "failed")
+LARGEST = 1e18  # of a number: what is made of some stays finite
+DEEPEST = 20  # objects and lists within one another
 
 _Number = (int, float, type(None))
 _Count = (int, type(None))
@@ -55,14 +58,14 @@ ROWS: dict[str, dict[str, Any]] = {
     },
 }  # fmt: skip
 RUN_FIELDS: dict[str, Any] = {
-    "schema": int, "started": str, "commit": str, "seed": int, "slug?": str,
-    "options": {"sweep?": (dict, type(None))},
+    "schema": int, "started": str, "commit": NAME, "seed": int, "slug?": str, "resumed?": [str],
+    "options": {"samples?": _Count, "time_budget?": _Number, "sweep?": (dict, type(None))},
     "device": {"name": str, "platform": str, "kind": str, "compute_units?": _Count},
     "machine": {"cpu?": _Text}, "packages?": {"*": _Text}, "variables?": {"*": str},
 }  # fmt: skip
 TABLE_FIELDS: dict[str, Any] = {
     "id": NAME, "title": str, "source": str, "device": str, "columns": [_COLUMN], "notes?": [str],
-    "rows": [{"system": str, "status": str, "reason?": _Text, "*": _CELL}],
+    "rows": [{"system": str, "status": (*STATUSES, "noisy", "published"), "reason?": _Text, "*": _CELL}],
 }  # fmt: skip
 PICTURE_FIELDS: list[Any] = [{"file": str, "caption": str}]
 
@@ -93,6 +96,22 @@ def check(value: Any, kind: Any, where: str) -> None:
         if not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds):
             names = " or ".join("null" if k is type(None) else k.__name__ for k in kinds)
             raise ValueError(f"{where}: expected {names}, got {_short(value)}")
+        check_plain(value, where)
+
+
+def check_plain(value: Any, where: str, room: int = DEEPEST) -> None:
+    """Refuse numbers and nesting, at any depth, that sums and the report would choke on.
+
+    Raises:
+        ValueError: with `where` and what came.
+    """
+    if isinstance(value, dict | list):
+        if not room:
+            raise ValueError(f"{where}: expected at most {DEEPEST} levels, got more")
+        for item in value.values() if isinstance(value, dict) else value:
+            check_plain(item, where, room - 1)
+    elif isinstance(value, int | float) and not -LARGEST <= value <= LARGEST:
+        raise ValueError(f"{where}: expected a number within {LARGEST:g}, got {_short(value)}")
 
 
 def _check_fields(value: Mapping[str, Any], kind: Mapping[str, Any], where: str) -> None:
@@ -122,6 +141,37 @@ def check_row(row: Any, where: str) -> None:
     check(row, ROWS[row["kind"]], where)
 
 
+def check_table(made: Any, where: str) -> None:
+    """Refuse a table's document that no run writes.
+
+    Raises:
+        ValueError: see `check`; or a row without the field of a column.
+    """
+    check(made, TABLE_FIELDS, where)
+    for number, row in enumerate(made["rows"]):
+        for column in made["columns"]:
+            if column["key"] not in row:
+                text = f"{where}: rows[{number}]: expected the field {column['key']}, got none"
+                raise ValueError(text)
+
+
+def parse_json(text: bytes, where: str) -> Any:
+    """What the text holds.
+
+    Raises:
+        ValueError: it is not JSON, or holds NaN or infinity.
+    """
+    try:
+        return json.loads(text, parse_constant=_refuse)
+    except (ValueError, RecursionError) as error:
+        text = b" ".join(text[:40].split())
+        raise ValueError(f"{where}: expected JSON, got {text!r}: {error}") from None
+
+
+def _refuse(word: str) -> None:
+    raise ValueError(f"{word} is no number")
+
+
 def read_json(path: Path, kind: Any) -> Any:
     """The checked content of a JSON file in a run's folder.
 
@@ -129,17 +179,14 @@ def read_json(path: Path, kind: Any) -> Any:
         ValueError: not JSON, or not of the kind; one line that names the file and the field.
         OSError: it cannot be read.
     """
-    try:
-        found = json.loads(path.read_bytes())
-    except (ValueError, RecursionError) as error:
-        text = " ".join(str(error).split())
-        raise ValueError(f"{path}: expected JSON, got something else: {text}") from None
+    found = parse_json(path.read_bytes(), str(path))
     check(found, kind, str(path))
+    check_plain(found, str(path))
     return found
 
 
 def refuse_links(folder: Path) -> None:
-    """Refuse a folder with a link that leads out of it: nothing outside is read or written through it.
+    """Refuse a folder with a link that leads out of it, or a pipe: nothing outside is read or written through it.
 
     Raises:
         ValueError: there is one.
@@ -148,3 +195,18 @@ def refuse_links(folder: Path) -> None:
     for path in sorted(folder.rglob("*")):
         if path.is_symlink() and not path.resolve().is_relative_to(home):
             raise ValueError(f"{path}: expected files of the run's own, got a link out of {folder}")
+        if path.exists() and not path.is_file() and not path.is_dir():
+            raise ValueError(f"{path}: expected files and folders, got a pipe or a device")
+
+
+@contextmanager
+def blamed_on(path: Path, what: str) -> Iterator[None]:
+    """What goes wrong within is the file's fault: the error names it, and what it should have held."""
+    try:
+        yield
+    except ValueError as error:
+        text = " ".join(str(error).split())
+        raise ValueError(text if str(path) in text else f"{path}: {text}") from error
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError) as error:
+        text = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        raise ValueError(f"{path}: expected {what}, got {text}") from error

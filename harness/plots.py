@@ -13,7 +13,7 @@ import matplotlib
 from lodbench.datasets_gen.files import replacing
 from lodbench.harness.charts import CHARTS, Material, looks
 from lodbench.harness.charts.material import FAINT, INK, PAGE
-from lodbench.harness.foreign import TABLE_FIELDS, read_json
+from lodbench.harness.foreign import blamed_on, check_table, read_json
 from lodbench.harness.record import RunRecord, read_run
 
 RESOLUTION = 150  # dots per inch of the PNG files
@@ -63,6 +63,7 @@ def _style() -> Iterator[None]:
         "svg.fonttype": "none",
         "svg.hashsalt": "lodbench",
         "path.simplify": False,
+        "text.parse_math": False,  # names are text, whatever is in them
     }
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
@@ -78,7 +79,10 @@ def documents(folder: Path) -> list[dict[str, Any]]:
     """
     found = {}
     for path in sorted((Path(folder) / "tables").glob("*.json")):
-        made = read_json(path, TABLE_FIELDS)
+        made = read_json(path, {})
+        check_table(made, str(path))
+        if made["id"] != path.stem:
+            raise ValueError(f"{path}: id: expected {path.stem}, got {made['id']}")
         found[made["id"]] = made
     return list(found.values())
 
@@ -100,7 +104,8 @@ def write_figures(folder: Path, run: RunRecord | None = None) -> list[Figure]:
     figures = []
     for made in tables:
         material = Material(made, run.of_table(made["id"]), shared)
-        figures += _draw(folder / "figures", made, material)
+        with blamed_on(folder / "tables" / f"{made['id']}.json", "what can be drawn"):
+            figures += _draw(folder / "figures", made, material)
     return figures
 
 

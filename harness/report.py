@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
+import shlex
 from collections.abc import Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,8 +19,8 @@ from lodbench.harness.amounts import amount
 from lodbench.harness.cells import columns, headlines, lines
 from lodbench.harness.charts import Material
 from lodbench.harness.charts.material import FAINT, INK, PAGE, PALETTE, WARNING
-from lodbench.harness.foreign import PICTURE_FIELDS, read_json
-from lodbench.harness.record import RunRecord, read_run
+from lodbench.harness.foreign import PICTURE_FIELDS, blamed_on, read_json
+from lodbench.harness.record import RUN, RunRecord, read_run
 
 NAME = "report.html"
 TEMPLATE = Path(__file__).with_name(NAME)
@@ -144,7 +145,7 @@ def _again(run: RunRecord) -> str:
     if e["commit"] != "unknown":
         made += [f"git checkout {e['commit']}", "make setup"]
     if isinstance(options.get("sweep"), Mapping):
-        made.append(f"lodbench sweep {options['sweep'].get('name', 'FILE')}.toml")
+        made.append(f"lodbench sweep {shlex.quote(str(options['sweep'].get('name', 'FILE')))}.toml")
     else:
         words = ["lodbench reproduce", *run.tables]
         words += ["--quick"] if options.get("quick") else []
@@ -153,7 +154,7 @@ def _again(run: RunRecord) -> str:
                 words += [f"--{key.replace('_', '-')} {options[key]}"]
         made.append(" ".join(words))
     made.append(
-        f"lodbench report {run.folder.name}   # tables, figures and this file, from the records"
+        f"lodbench report {shlex.quote(run.folder.name)}   # tables, figures and this file, from the records"
     )
     return "\n".join(made)
 
@@ -202,11 +203,29 @@ def write_report(folder: Path) -> Path:
     folder = Path(folder)
     run = read_run(folder)
     figures = _figures(folder, run)
-    tables = [_table(made, run, figures.get(made["id"], [])) for made in plots.documents(folder)]
+    tables = []
+    for made in plots.documents(folder):
+        with blamed_on(folder / "tables" / f"{made['id']}.json", "a table to show"):
+            tables.append(_table(made, run, figures.get(made["id"], [])))
     counts: dict[str, int] = {}
     for table in tables:
         for row in table["rows"]:
             counts[row.status] = counts.get(row.status, 0) + 1
+    images = _images(folder)
+    with blamed_on(folder / RUN, "where and how it was measured"):
+        text = _page(run, tables, counts, images)
+    path = folder / NAME
+    write_file(path, text)
+    return path
+
+
+def _page(
+    run: RunRecord,
+    tables: Sequence[Mapping[str, Any]],
+    counts: Mapping[str, int],
+    images: Sequence[Mapping[str, str]],
+) -> str:
+    """The page's text."""
     e = run.environment
     device, machine = e["device"], e.get("machine", {})
     cpu = device["kind"] == "cpu"
@@ -216,7 +235,7 @@ def write_report(folder: Path) -> Path:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    text = environment.from_string(TEMPLATE.read_text("utf-8")).render(
+    return environment.from_string(TEMPLATE.read_text("utf-8")).render(
         title=f"Level of detail on {name}",
         lead=f"{_several(subjects, 'subject')} on {_several(datasets, 'dataset')} in {_several(tables, 'table')}: "
         f"time, memory, error and topology of mesh refinement and simplification, measured with OpenCL "
@@ -233,11 +252,8 @@ def write_report(folder: Path) -> Path:
             (s, counts[s]) for s in ("ok", "noisy", "skipped", "published", "failed") if s in counts
         ],
         tables=tables,
-        images=_images(folder),
+        images=images,
         noise=_noise(),
         environment=_environment(run),
         again=_again(run),
     )
-    path = folder / NAME
-    write_file(path, text)
-    return path

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lodbench.harness.foreign import check_row
+from lodbench.harness.foreign import check_row, parse_json, refuse_links
 
 try:
     import fcntl
@@ -41,7 +41,7 @@ def plain(value: Any) -> Any:
 def _is_json(line: bytes) -> bool:
     try:
         json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return False
     return True
 
@@ -63,10 +63,7 @@ def read_rows(path: Path) -> list[dict[str, Any]]:
     for number, line in enumerate(_whole(path.read_bytes()).split(b"\n"), 1):
         if not line.strip():
             continue
-        try:
-            row = json.loads(line)
-        except (ValueError, RecursionError):
-            raise ValueError(f"{path}: expected JSON in line {number}, got {line[:40]!r}") from None
+        row = parse_json(line, f"{path}: line {number}")
         check_row(row, f"{path}: line {number}")
         rows.append(row)
     return rows
@@ -81,6 +78,7 @@ class Writer:
 
     def __init__(self, folder: Path) -> None:
         path = folder / SAMPLES
+        refuse_links(folder)
         self._file = path.open("ab", buffering=0)
         try:
             take_lock(self._file, folder)

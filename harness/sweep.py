@@ -26,7 +26,7 @@ from typing import Any
 from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.harness import registry
-from lodbench.harness.foreign import NAME
+from lodbench.harness.foreign import NAME, blamed_on, check
 from lodbench.harness.group import Group, Subject
 from lodbench.harness.ratios import ratios
 from lodbench.harness.record import GroupRecord, RunRecord
@@ -46,7 +46,11 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib  # pyright: ignore[reportMissingImports]  the same module, before 3.11
 
-KEYS = ("name", "systems", "datasets", "devices", "quality", "case", "params")
+KINDS = {
+    "name": NAME, "systems": [str], "datasets": [str], "devices?": [str], "quality?": bool, "case?": str,
+    "params?": dict,
+}  # fmt: skip
+KEYS = tuple(key.removesuffix("?") for key in KINDS)
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -58,10 +62,11 @@ def read(path: Path) -> dict[str, Any]:
     """
     try:
         spec = tomllib.loads(path.read_text("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"{path}: expected TOML, got {error}") from None
     spec.setdefault("name", re.sub(r"[^a-z0-9]+", "_", path.stem.lower()).strip("_") or "sweep")
-    return with_files(validate(spec), path.parent)
+    with blamed_on(path, "a sweep"):
+        return with_files(validate(spec), path.parent)
 
 
 def with_files(spec: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -94,8 +99,7 @@ def validate(spec: dict[str, Any]) -> dict[str, Any]:
         names = spec.get(key)
         if not isinstance(names, list) or not names or not all(isinstance(n, str) for n in names):
             raise ValueError(f"{key}: expected a list of names, got {names!r}")
-    if not NAME.fullmatch(str(spec.get("name", ""))):
-        raise ValueError(f"name: expected a name of {NAME.pattern}, got {spec.get('name')!r}")
+    check(spec, KINDS, "sweep")
     shared, own = _split(spec)
     for system in own:
         if system not in spec["systems"]:

@@ -21,10 +21,18 @@ from typing import Any
 
 from lodbench.datasets_gen.files import write_file
 from lodbench.harness.amounts import amount
+from lodbench.harness.foreign import blamed_on
 from lodbench.harness.group import Group
 from lodbench.harness.limits import Limits
 from lodbench.harness.ratios import verdict
-from lodbench.harness.record import GroupRecord, RunRecord, SubjectRecord, plain, write_json
+from lodbench.harness.record import (
+    SAMPLES,
+    GroupRecord,
+    RunRecord,
+    SubjectRecord,
+    plain,
+    write_json,
+)
 from lodbench.harness.registry import closest
 from lodbench.harness.timing import summary
 from lodbench.kernels.system import Traffic
@@ -240,10 +248,12 @@ def comma_separated(made: Mapping[str, Any]) -> str:
 
 def write(table: Table, run: RunRecord) -> dict[str, Any]:
     """Write `tables/<id>.json`, `.md` and `.csv` into the run's folder; returns the document."""
-    made = document(table, run)
+    with blamed_on(Path(run.folder) / SAMPLES, f"the fields of table {table.id}"):
+        made = document(table, run)
+        text = markdown(made)
     folder = Path(run.folder) / "tables"
     folder.mkdir(parents=True, exist_ok=True)
     write_json(folder / f"{table.id}.json", made)
-    write_file(folder / f"{table.id}.md", markdown(made))
+    write_file(folder / f"{table.id}.md", text)
     write_file(folder / f"{table.id}.csv", comma_separated(made))
     return made
