@@ -63,7 +63,8 @@ class Group:
     input; `weight` is its share of the whole run's time, for the time left; `standin_ok`: where a scan is not in the
     data folder, its generated stand-in takes its place, under its own name; `zoom`: every frame of every subject is
     seen this much larger than the view that shows the whole; `once`: each subject's first frame is its one sample,
-    for set-up that takes seconds on the host and has nothing to warm.
+    for set-up that takes seconds on the host and has nothing to warm; `seed`: of the samples that errors are taken
+    from, where it is not the run's.
     """
 
     dataset: str
@@ -74,6 +75,7 @@ class Group:
     standin_ok: bool = False
     zoom: float | None = None
     once: bool = False
+    seed: int | None = None
 
     @property
     def name(self) -> str:
@@ -90,6 +92,7 @@ class Group:
             "quality": self.quality,
             **({"zoom": self.zoom} if self.zoom else {}),
             **({"once": True} if self.once else {}),
+            **({} if self.seed is None else {"seed": self.seed}),
             "subjects": [
                 {
                     "label": subject.name,

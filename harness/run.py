@@ -181,7 +181,9 @@ class Session:
                 if self._budget.stops():
                     return False
                 progress.step(f"quality of {name}")
-                entrant.facts["quality"] = self._quality(surface, entrant.mesh)
+                entrant.facts["quality"] = self._quality(
+                    surface, entrant.mesh, self.seed if group.seed is None else group.seed
+                )
             record(
                 "subject", subject=name, status=entrant.status, reason=entrant.reason,
                 **entrant.facts,
@@ -229,12 +231,13 @@ class Session:
             self._one_core = Device.open(self.device.facts.name, one_core=True)
         return self._one_core
 
-    def _quality(self, reference: TriangleMesh, mesh: TriangleMesh) -> dict[str, Any]:
-        """Topology, and error against the input where libigl is installed; once per distinct mesh."""
+    def _quality(self, reference: TriangleMesh, mesh: TriangleMesh, seed: int) -> dict[str, Any]:
+        """Topology, and error against the input where libigl is installed; once per distinct mesh and seed."""
         bits = hashlib.sha256(mesh.positions.tobytes() + mesh.triangles.tobytes()).hexdigest()
+        bits += f" {seed}"
         if bits not in self._qualities:
             try:
-                found = quality.measure(reference, mesh, self.seed)
+                found = quality.measure(reference, mesh, seed)
             except Unsupported:  # no libigl: the error columns stay empty
                 found = quality.topology(mesh)
             self._qualities[bits] = dict(found)

@@ -6,6 +6,7 @@ systems = ["quadric_clustering", "numpy_quadric_clustering"]   # the first is th
 datasets = ["icosphere_5", "scans/torso.ply"]   # files are found from the folder of this one
 devices = ["pocl"]              # one run folder each; optional
 quality = true                  # error and topology of every result mesh; optional
+seeds = [0, 1, 2]               # an axis for every system: of what is random in it, and of its errors; optional
 [params]                        # a list is an axis; for every system that has the parameter
 cells = [32, 64, [90, 60, 30]]
 [params.quadric_clustering]     # for one system
@@ -48,7 +49,7 @@ else:
 
 KINDS = {
     "name": NAME, "systems": [str], "datasets": [str], "devices?": [str], "quality?": bool, "case?": str,
-    "params?": dict,
+    "seeds?": [int], "params?": dict,
 }  # fmt: skip
 KEYS = tuple(key.removesuffix("?") for key in KINDS)
 
@@ -101,6 +102,10 @@ def validate(spec: dict[str, Any]) -> dict[str, Any]:
             raise ValueError(f"{key}: expected a list of names, got {names!r}")
     check(spec, KINDS, "sweep")
     shared, own = _split(spec)
+    if any(seed < 0 for seed in spec.get("seeds", [])):
+        raise ValueError(f"seeds: expected whole numbers from 0, got {spec['seeds']}")
+    if spec.get("seeds") and "seed" in shared:
+        raise ValueError("params: expected seeds or params.seed, got both")
     for system in own:
         if system not in spec["systems"]:
             raise ValueError(registry.closest("params", system, spec["systems"]))
@@ -122,6 +127,12 @@ def _split(spec: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str,
     return {key: value for key, value in params.items() if key not in own}, own
 
 
+def _axes(spec: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+    """`_split` with the seeds among what is shared."""
+    shared, own = _split(spec)
+    return {**shared, **({"seed": spec["seeds"]} if spec.get("seeds") else {})}, own
+
+
 def _combinations(axes: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     values = [value if isinstance(value, list) else [value] for value in axes.values()]
     for chosen in itertools.product(*values):
@@ -129,8 +140,8 @@ def _combinations(axes: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def groups(spec: Mapping[str, Any]) -> list[Group]:
-    """One group per dataset and combination of the shared axes."""
-    shared, own = _split(spec)
+    """One group per dataset, combination of the shared axes, and seed."""
+    shared, own = _axes(spec)
     made = []
     for dataset, common in itertools.product(spec["datasets"], _combinations(shared)):
         subjects = []
@@ -142,21 +153,29 @@ def groups(spec: Mapping[str, Any]) -> list[Group]:
                     Subject(system, {**mine, **extra}, " ".join(words), spec.get("case"))
                 )
         made.append(
-            Group(dataset, tuple(subjects), common, quality=bool(spec.get("quality", False)))
+            Group(
+                dataset,
+                tuple(subjects),
+                common,
+                quality=bool(spec.get("quality", False)),
+                seed=common["seed"] if spec.get("seeds") else None,
+            )
         )
     return made
 
 
 def table(spec: Mapping[str, Any]) -> Table:
     """The sweep as a table: one row per subject and group, ratios to the first subject."""
-    shared, _ = _split(spec)
+    shared, _ = _axes(spec)
     baseline = groups(spec)[0].subjects[0].name
     varied = [Column(name, name) for name in shared]
 
     def rows(run: RunRecord, records: Sequence[GroupRecord]) -> list[Row]:
         seed = run.environment["seed"]
+        own = bool(spec.get("seeds"))
         return [
-            measured(group, subject) | ratios(group, subject, [baseline], seed)
+            measured(group, subject)
+            | ratios(group, subject, [baseline], group.facts["seed"] if own else seed)
             for group in records
             for subject in group.subjects.values()
         ]
