@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -13,7 +14,8 @@ PART = ".part"
 
 def beside(target: Path) -> Path:
     """Where the new content of `target` is written until it takes its name."""
-    return target.with_name(f".{target.name[:100]}.{os.getpid()}{PART}")
+    mine = f"{os.getpid()}.{threading.get_ident()}"  # two threads may write one file
+    return target.with_name(f".{target.name[:100]}.{mine}{PART}")
 
 
 def is_part(path: Path) -> bool:

@@ -12,11 +12,7 @@ from typing import Any
 import numpy as np
 
 from lodbench.harness.foreign import check_row, parse_json, refuse_links
-
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None
+from lodbench.harness.lock import Lock
 
 SAMPLES = "samples.jsonl"
 
@@ -81,7 +77,7 @@ class Writer:
         refuse_links(folder)
         self._file = path.open("ab", buffering=0)
         try:
-            take_lock(self._file, folder)
+            self._lock = Lock(self._file, folder)
         except BaseException:
             self._file.close()
             raise
@@ -107,28 +103,8 @@ class Writer:
         self._append(line.encode())
 
     def close(self) -> None:
+        self._lock.release()
         self._file.close()
-
-
-class Busy(ValueError):
-    """Another process measures into this folder."""
-
-
-def take_lock(file: Any, folder: Path) -> None:
-    """Have this open file to oneself, until it is closed or its process is gone, however it went.
-
-    Where the system has no such locks, nothing is done.
-
-    Raises:
-        Busy: another process has it.
-    """
-    if fcntl is None:
-        return
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        text = f"out: expected a folder that no other run is writing to, got {folder}"
-        raise Busy(text) from None
 
 
 def check_free(folder: Path) -> None:
@@ -137,6 +113,7 @@ def check_free(folder: Path) -> None:
     Raises:
         Busy: there is one.
     """
-    if (folder / SAMPLES).exists():
-        with (folder / SAMPLES).open("ab") as file:
-            take_lock(file, folder)
+    path = folder / SAMPLES
+    if path.exists():
+        with path.open("ab") as file:
+            Lock(file, folder).release()

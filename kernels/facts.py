@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lodbench.datasets_gen.files import write_file
 from lodbench.kernels import caches
 
 if TYPE_CHECKING:
@@ -28,14 +29,9 @@ def cache_folder() -> Path:
 
 def write_cache(path: Path, content: str | bytes) -> None:
     """Write `content` so that a reader sees all of it or nothing; a cache that cannot be written is no error."""
-    data = content.encode() if isinstance(content, str) else content
-    try:
+    with contextlib.suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile("wb", dir=path.parent, delete=False) as file:
-            file.write(data)
-        os.replace(file.name, path)
-    except OSError:
-        pass
+        write_file(path, content)
 
 
 @dataclass(frozen=True)

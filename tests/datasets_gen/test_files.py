@@ -2,6 +2,7 @@ import os
 import resource
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -64,4 +65,13 @@ def test_what_a_killed_process_left_is_known_and_written_over(tmp_path):
     assert is_part(beside(path))
     assert str(os.getpid()) in beside(path).name
     write_file(path, "whole")
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_threads_that_write_one_file_leave_one_of_their_texts(tmp_path):
+    path = tmp_path / "a.txt"
+    texts = [bytes([65 + n]) * 200_000 for n in range(8)]
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda text: write_file(path, text), texts * 4))
+    assert path.read_bytes() in texts
     assert list(tmp_path.iterdir()) == [path]

@@ -1,9 +1,11 @@
 import dataclasses
+import os
 import time
+from pathlib import Path
 
 import pytest
 
-from lodbench.harness import record, registry, tables
+from lodbench.harness import lock, record, registry, tables
 from lodbench.harness.folder import open_folder
 from lodbench.harness.group import Group, Subject
 from lodbench.harness.record import read_rows, read_run
@@ -168,15 +170,27 @@ def test_group_cut_short_counts_for_tables_and_is_measured_anew_on_resume(
     assert read_rows(folder / record.SAMPLES) == after, "and now it is whole"
 
 
-def test_two_sessions_do_not_write_into_one_folder(device, folder):
+@pytest.mark.parametrize("locks", [True, False])
+def test_two_sessions_do_not_write_into_one_folder(device, folder, monkeypatch, locks):
+    if not locks:  # as on Windows
+        monkeypatch.setattr(lock, "fcntl", None)
     first = Session(device, folder)
-    with pytest.raises(ValueError, match=r"out: expected a folder that no other run .* got .*run"):
+    who = f".*run, which process {os.getpid()} writes to" if Path("/proc/locks").exists() else ""
+    with pytest.raises(ValueError, match=rf"out: expected a folder that no other run .* got {who}"):
         Session(device, folder)
     with pytest.raises(ValueError, match="out: expected a folder that no other run"):
         open_folder(device, {}, out=folder, resume=True)
     first.close()
     open_folder(device, {}, out=folder, resume=True)
     Session(device, folder).close()
+
+
+def test_note_of_a_process_that_is_gone_locks_nobody_out(device, folder, monkeypatch):
+    monkeypatch.setattr(lock, "fcntl", None)
+    for text in (f"{os.getpid()} 1.0", "999999999 1.0", "", "a b c"):
+        (folder / lock.OWNER).write_text(text)
+        Session(device, folder).close()
+        assert not (folder / lock.OWNER).exists()
 
 
 def test_folder_with_nothing_but_a_file_half_written_is_as_good_as_new(device, tmp_path):
