@@ -76,6 +76,8 @@ def surfaces(takes):
             TriangleMesh(sphere.positions, sphere.triangles, colours=np.abs(sphere.positions)),
         )
         yield "triangle", TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        thin = [[0, 0, 0], [0, 9, 0], [0, 0, 9], [1e-39, 9, 9]]
+        yield "thin", TriangleMesh(thin, [[0, 1, 2], [1, 3, 2]])
         yield "empty", TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), np.uint32))
     if BezierPatches in takes:
         yield "cup", BezierPatches(cup().points[:3])

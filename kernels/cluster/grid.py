@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from lodbench.kernels.parameters import shown
 
 MAX_CELLS = 2**27
-FLAT = (
-    2.0**-100
-)  # of the largest cell edge: a thinner axis has one cell, so that nothing over- or underflows
+FLAT = 2.0**-100  # of the largest cell edge: along a flatter axis all is in the first cell
 
 Cells = int | float | tuple[int, int, int]
 
