@@ -19,7 +19,8 @@ class Budget:
         """Seconds; below 0 when more were spent."""
         return self.seconds - (time.perf_counter() - self.start)
 
-    def stops(self) -> bool:
-        """Is it spent? Asked where there is more to do, so that a yes is remembered as `cut`."""
-        self.cut |= self.left <= 0
-        return self.left <= 0
+    def stops(self, needed: float = 0.0) -> bool:
+        """Is it spent, or too little for `needed` seconds? Asked where there is more to do: a yes is kept as `cut`."""
+        over = self.left <= 0 or needed > self.left
+        self.cut |= over
+        return over

@@ -169,6 +169,11 @@ class Session:
         running = {name: e for name, e in entrants.items() if e.prepared is not None}
         frames = {name: e.frame for name, e in running.items() if not group.once}
         firsts = {name: entrant.first_s for name, entrant in running.items()}
+        if (
+            frames
+            and sum(firsts.values()) > self._budget.left + (OVERRUN - 1) * self._budget.seconds
+        ):
+            return False  # not even one turn would fit
         gc.collect()
         progress.step("sample")
         others = OtherLoad()

@@ -114,7 +114,7 @@ def interleave(
         first_s: wall seconds of each subject's first frame, run before; decides how many samples it takes. That
             frame counts as the first warm-up, and as the only sample of a subject over 30 s.
         samples: counted samples per subject; None takes at least 10, more of quick subjects.
-        budget: no new turn once it is spent and every subject has a counted sample.
+        budget: no new turn that would not fit, by each subject's last frame, once every subject has a counted sample.
 
     Turn 0 is the first frame, which the caller has run.
     """
@@ -122,9 +122,11 @@ def interleave(
     quotas = {name: (warmups, n) for name, (warmups, n) in quotas.items() if warmups}
     offset = max((warmups for warmups, _ in quotas.values()), default=0)
     most = max((n for _, n in quotas.values()), default=0)
+    last_s = dict(first_s)
     for turn in range(1, offset + most):
         counted = turn >= offset
-        if turn > offset and budget is not None and budget.stops():
+        needed = sum(last_s[name] for name, (_, n) in quotas.items() if turn < offset + n)
+        if turn > offset and budget is not None and budget.stops(needed):
             return
         for name, (warmups, n) in list(quotas.items()):
             if offset - warmups < turn < offset + n:  # all subjects start to count at one turn
@@ -132,6 +134,7 @@ def interleave(
                 if sample is None:
                     del quotas[name]
                 else:
+                    last_s[name] = sample.wall_s
                     yield sample
 
 

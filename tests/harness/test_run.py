@@ -152,6 +152,18 @@ def test_time_budget_is_kept(device, folder, monkeypatch, seconds, prepare_s, fr
     assert read_run(folder).groups, "something was measured"
 
 
+@pytest.mark.parametrize("seconds", [10.0, 25.0, 40.0])
+@pytest.mark.parametrize("frame_s", [4.0, 7.0])
+def test_time_budget_is_kept_by_slow_frames(device, folder, monkeypatch, seconds, frame_s):
+    clock = Clock(monkeypatch, 0.0, frame_s)
+    group = Group("one", (Subject("fake"),))
+    left = measure(device, folder, group, time_budget_s=seconds)
+    assert clock.now <= 1.2 * seconds
+    assert bool(left) == (
+        len(subjects(folder)["fake"].samples) < 2 if read_run(folder).groups else True
+    )
+
+
 def test_group_cut_short_counts_for_tables_and_is_measured_anew_on_resume(
     device, folder, monkeypatch
 ):
