@@ -22,13 +22,14 @@ $(READY): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[report,datasets,dev,gl]"
 	@touch $@
+	@echo "ready: '. $(VENV)/bin/activate' puts lodbench on the path"
 
 report: $(READY)
 	$(BIN)/lodbench reproduce --quick
 	@cp "$$(ls -t results/*/*/report.html | head -n 1)" report.html && echo "report: report.html"
 
 test: $(READY)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist worksteal
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -11,11 +11,12 @@ import re
 import shutil
 import subprocess
 import sys
-from functools import cache
+import time
 from pathlib import Path
 
 import pytest
 
+from lodbench.datasets_gen.files import write_file
 from lodbench.harness.registry import systems
 from lodbench.kernels.program import kernel_parameters
 
@@ -35,9 +36,30 @@ QUERIES = {"clGetDeviceInfo", "clGetKernelWorkGroupInfo", "clGetPlatformInfo"}
 pytestmark = pytest.mark.skipif(shutil.which("oclgrind") is None, reason="oclgrind is not on PATH")
 
 
-@cache
-def under_oclgrind(subject):
-    """(what the subject said, Oclgrind's reports); each subject runs once."""
+@pytest.fixture(scope="session")
+def shared_folder(tmp_path_factory):
+    """One folder for all processes of a test run."""
+    own = tmp_path_factory.getbasetemp()
+    return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+
+def under_oclgrind(subject, folder):
+    """(what the subject said, Oclgrind's reports); each subject runs once in a test run, whichever process begins."""
+    answer, begun = folder / f"{subject}.json", folder / f"{subject}.begun"
+    try:
+        begun.touch(exist_ok=False)
+    except FileExistsError:
+        until = time.monotonic() + TIMEOUT_S
+        while not answer.exists() and time.monotonic() < until:
+            time.sleep(0.1)
+    else:
+        write_file(answer, json.dumps(run_under_oclgrind(subject)))
+    returncode, said, errors = json.loads(answer.read_text())
+    assert returncode == 0, errors[-4000:]
+    return json.loads(said.splitlines()[-1]), reports(errors)
+
+
+def run_under_oclgrind(subject):
     command = [
         "oclgrind", "--data-races", "--check-api", "--max-errors", "20",
         "--global-mem-size", str(1 << 30), "--num-threads", "1", "--build-options", "-O1 -Drestrict=",
@@ -47,8 +69,7 @@ def under_oclgrind(subject):
         command, capture_output=True, text=True, errors="replace", cwd=ROOT, timeout=TIMEOUT_S,
         env=os.environ | {"LODBENCH_PRELUDE": "0", "PYOPENCL_NO_CACHE": "1", "LODBENCH_CACHE": os.devnull},
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr[-4000:]
-    return json.loads(done.stdout.splitlines()[-1]), reports(done.stderr)
+    return done.returncode, done.stdout, done.stderr
 
 
 def reports(text):
@@ -65,14 +86,15 @@ def reports(text):
 
 
 @pytest.mark.parametrize("subject", SUBJECTS)
-def test_subject_is_clean_under_oclgrind(subject):
-    said, found = under_oclgrind(subject)
+def test_subject_is_clean_under_oclgrind(subject, shared_folder):
+    said, found = under_oclgrind(subject, shared_folder)
     assert not found, f"{len(found)} reports, the first:\n" + "\n\n".join(found[:3])
     assert said["failed"] == []
 
 
-def test_every_kernel_was_launched_under_oclgrind():
-    launched = {name for subject in SUBJECTS for name in under_oclgrind(subject)[0]["launched"]}
+def test_every_kernel_was_launched_under_oclgrind(shared_folder):
+    said = [under_oclgrind(subject, shared_folder)[0] for subject in SUBJECTS]
+    launched = {name for one in said for name in one["launched"]}
     written = {
         name
         for path in (ROOT / "kernels").rglob("*.cl")
