@@ -49,7 +49,6 @@ class Device:
         self._programs: dict[tuple[Any, ...], Program] = {}
         self.is_cpu = bool(device.type & cl.device_type.CPU)
         self.is_pocl = driver.is_pocl(device)
-        ratio = facts.builtins_ratio(self) if self.is_cpu else 1.0
         self.facts = facts.DeviceFacts(
             name=device.name.strip(),
             platform=device.platform.name.strip(),
@@ -62,8 +61,7 @@ class Device:
             local_bytes=int(device.local_mem_size),
             extensions=tuple(sorted(device.extensions.split())),
             one_core=one_core,
-            builtins_ratio=ratio,
-            prelude=ratio > 2.5,
+            prelude=driver.needs_prelude(device),
         )
 
     @classmethod
@@ -139,7 +137,7 @@ class Device:
     ) -> Program:
         """The program of these kernel files, relative to `kernels/`, built once per set of defines.
 
-        Files named on a `// Needs` line are joined in front; `common/prelude.cl` comes first where the driver needs it.
+        Files named on a `// Needs` line are joined in front; `common/prelude.cl` comes first where it is needed.
 
         Raises:
             DeviceError: the build failed; file, line and options are in the text.

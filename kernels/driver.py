@@ -129,6 +129,18 @@ def is_pocl(handle: Any) -> bool:
     return "PoCL" in handle.platform.version
 
 
+def needs_prelude(handle: Any) -> bool:
+    """Are the driver's own built-ins to be replaced by `common/prelude.cl`? `LODBENCH_PRELUDE` = 0 or 1 decides.
+
+    Some PoCL builds do not inline their own library on some hosts: every built-in is a call, or does not compile at
+    all. Where PoCL does inline, the prelude compiles to the same code.
+    """
+    forced = os.environ.get("LODBENCH_PRELUDE")
+    if forced in ("0", "1"):
+        return forced == "1"
+    return is_pocl(handle) and bool(handle.type & opencl().device_type.CPU)
+
+
 def choose_device(wanted: str) -> Any:
     """The handle of the first device that `wanted` names; for "" PoCL's, else the first there is.
 

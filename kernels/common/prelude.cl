@@ -1,9 +1,11 @@
-// The standard built-ins as operators and inline functions, joined in front only where the driver's own are calls.
+// The standard built-ins as operators and inline functions, joined in front where the driver's own may be calls.
 //
 // Source    none: some PoCL builds cannot inline their library into kernels; a call per built-in costs 5 to 60 times
 // Work      functions only; names, argument types and results are OpenCL's, except that NaN ordering is unspecified
 // Reads     nothing
 // Writes    nothing
+
+#if __has_builtin(__builtin_elementwise_min)  // clang 14 or later
 
 #define LB_INLINE static inline __attribute__((overloadable, always_inline))
 
@@ -189,3 +191,5 @@ LB_INLINE ulong lb_clz(ulong a) { return a ? (ulong)__builtin_clzl(a) : 64ul; }
 #define vstore4 lb_vstore4
 #define vstore8 lb_vstore8
 #define vstore16 lb_vstore16
+
+#endif

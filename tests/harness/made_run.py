@@ -28,7 +28,7 @@ ENVIRONMENT = {
     "slug": "pocl-test",
     "device": {"name": "pthread-test", "platform": "Portable Computing Language",
                "driver": "OpenCL 1.2 PoCL 3.0; driver 3.0", "version": "OpenCL 1.2", "kind": "cpu",
-               "compute_units": 2, "memory_bytes": 6 << 30, "builtins_ratio": 12.5, "prelude": True},
+               "compute_units": 2, "memory_bytes": 6 << 30, "prelude": True},
     "pocl": "3.0",
     "llvm": "14.0.6",
     "packages": {"numpy": "2.0", "vtk": None},

@@ -137,24 +137,7 @@ def test_device_facts_are_filled(device):
     assert facts.name and facts.platform and facts.driver
     assert facts.memory_bytes >= facts.largest_allocation_bytes > 0
     assert facts.compute_units >= 1
-    assert facts.prelude == (facts.builtins_ratio > 2.5)
-
-
-def test_builtins_probe_is_kept_on_disk_and_survives_a_broken_file(monkeypatch, tmp_path):
-    monkeypatch.delenv("LODBENCH_PRELUDE", raising=False)
-    monkeypatch.setenv("LODBENCH_CACHE", str(tmp_path))
-    ratio = Device.open().facts.builtins_ratio
-    (kept,) = (tmp_path / "builtins").iterdir()
-    assert Device.open().facts.builtins_ratio == ratio, "read, not measured again"
-    kept.write_text("{")
-    assert Device.open().facts.builtins_ratio > 0
-
-
-def test_device_opens_where_its_cache_cannot_be_written(monkeypatch, tmp_path):
-    monkeypatch.delenv("LODBENCH_PRELUDE", raising=False)
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("LODBENCH_CACHE", str(tmp_path / "file" / "cache"))
-    assert Device.open().facts.builtins_ratio > 0
+    assert facts.prelude == (device.is_pocl and device.is_cpu)
 
 
 @pytest.mark.parametrize("forced", ["0", "1"])
