@@ -142,13 +142,28 @@ def _pattern(text: str) -> Any:
 
 
 @lists.command("systems")
-def list_systems(json_output: JsonOption = False, keep: FilterOption = None) -> None:
-    """Systems and baselines, with their cases.
+def list_systems(
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NAME]",
+            autocompletion=complete.systems,
+            help="One of them, with its parameters.",
+        ),
+    ] = None,
+    json_output: JsonOption = False,
+    keep: FilterOption = None,
+) -> None:
+    """Systems and baselines, with their cases; or one system's parameters.
 
     Example: lodbench list systems --filter cluster
     """
-    from lodbench.harness.registry import registry
+    from lodbench.harness.registry import registry, system
+    from lodbench.kernels.parameters import described
 
+    if name is not None:
+        _listing(described(type(next(iter(system(name).cases.values())))), json_output, keep)
+        return
     found = registry()
     rows = [
         {
@@ -156,13 +171,14 @@ def list_systems(json_output: JsonOption = False, keep: FilterOption = None) -> 
             "family": s.family,
             "runs on": s.runs_on,
             "takes": ", ".join(kind.__name__ for kind in s.takes),
+            "verbs": ", ".join(s.verbs),
             "cases": ", ".join(s.cases),
             "source": s.source,
         }
         for s in found.systems.values()
     ]
     rows += [
-        {"system": name, "family": "", "runs on": "", "takes": "", "cases": "",
+        {"system": name, "family": "", "runs on": "", "takes": "", "verbs": "", "cases": "",
          "source": f"cannot be used here: {reason}"}
         for name, reason in found.missing.items()
     ]  # fmt: skip

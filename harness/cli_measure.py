@@ -144,19 +144,13 @@ def run(
     from lodbench.harness import registry, sweep
 
     registry.system(system)
-    params: dict[str, Any] = {}
-    for setting in settings or []:
-        name, equals, value = setting.partition("=")
-        if not equals:
-            raise ValueError(f"set: expected NAME=VALUE, got {setting!r}")
-        params[name.strip()] = sweep.literal(value)
     spec = sweep.validate(
         {
             "name": system,
             "systems": [system, *(against or [])],
             "datasets": dataset or [sweep.default_dataset(system)],
             "quality": quality,
-            "params": params,
+            "params": cli_words.parameters(settings),
             **({"case": case} if case else {}),
         }
     )

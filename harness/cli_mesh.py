@@ -19,6 +19,7 @@ from lodbench.harness.cli_files import (
     Target,
     read_source,
 )
+from lodbench.harness.cli_words import OwnOption, parameters
 
 
 def _cells(text: str | None) -> Any:
@@ -84,10 +85,10 @@ def simplify(
             "--method",
             "-m",
             autocompletion=complete.simplify_methods,
-            help="quadric_clustering; or quadtree_lod, for closed surfaces of genus 0: the default "
-            "for geometry images.",
+            help="A system with this verb; default: the first that takes the surface.",
         ),
     ] = None,
+    settings: OwnOption = None,
     form: FormatOption = None,
     device: DeviceOption = None,
     json_output: JsonOption = False,
@@ -99,7 +100,6 @@ def simplify(
 
     Piped: lodbench simplify - - --format obj -n 500 < small.ply > smaller.obj
     """
-    from lodbench.datasets_gen.surfaces import GeometryImage
     from lodbench.kernels import Device, simplify_mesh
 
     grid = _cells(cells)
@@ -108,10 +108,9 @@ def simplify(
     found = read_source(source)
     opened = Device.open(device)
     started = time.perf_counter()
-    is_image = isinstance(found.surface, GeometryImage)
     result = simplify_mesh(
         opened, found.surface, target_reduction=target_reduction, target_count=target_count, cells=grid,
-        method=method or ("quadtree_lod" if is_image else "quadric_clustering"),
+        method=method, **parameters(settings),
     )  # fmt: skip
     _finish(result, found, target, started, json_output, quiet)
 
@@ -124,14 +123,15 @@ def refine(
         int, typer.Option("--segments", "-n", help="Segments along each edge of each triangle.")
     ] = 4,
     method: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--method",
             "-m",
             autocompletion=complete.refine_methods,
-            help="A system of family refine.",
+            help="A system with this verb; default: the first that takes the surface.",
         ),
-    ] = "pattern",
+    ] = None,
+    settings: OwnOption = None,
     displace: Annotated[
         float, typer.Option("--displace", help="Height of a sine, in bounding-box diagonals.")
     ] = 0.0,
@@ -152,7 +152,8 @@ def refine(
     """
     from lodbench.kernels import Device, refine_mesh
 
-    extra = {"amplitude": displace, "waves": waves} if displace else {}
+    extra = parameters(settings)
+    extra |= {"amplitude": displace, "waves": waves} if displace else {}
     target = MeshTarget(out, form)
     target.check()
     found = read_source(source).triangles()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -36,10 +36,35 @@ CaseOption = Annotated[
     str | None,
     typer.Option("--case", autocompletion=complete.cases, help="A named parameter set."),
 ]
+
+
+def parameters(settings: list[str] | None) -> dict[str, Any]:
+    """Values by name, of NAME=VALUE words.
+
+    Raises:
+        ValueError: a word without the sign.
+    """
+    from lodbench.harness import sweep
+
+    found: dict[str, Any] = {}
+    for setting in settings or []:
+        name, equals, value = setting.partition("=")
+        if not equals:
+            raise ValueError(f"set: expected NAME=VALUE, got {setting!r}")
+        found[name.strip()] = sweep.literal(value)
+    return found
+
+
 SettingsOption = Annotated[
     list[str] | None,
     typer.Option(
         "--set", "-s", autocompletion=complete.settings,
         help="NAME=VALUE; a list is an axis: cells=[32,64].",
+    ),
+]  # fmt: skip
+OwnOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", "-s", help="NAME=VALUE, the method's own; `lodbench list systems METHOD` names them."
     ),
 ]  # fmt: skip

@@ -44,7 +44,7 @@ def tables() -> list[str]:
 
 def _methods(verb: str) -> list[str]:
     found = _folder("lodbench.kernels").glob("*/*/__init__.py")
-    return [path.parent.name for path in _that_say(f"def {verb}\\(", found)]
+    return [path.parent.name for path in _that_say(f'    verbs=.*"{verb}"', found)]
 
 
 def simplify_methods() -> list[str]:

@@ -9,6 +9,7 @@ from typing import Any
 
 import psutil
 
+from lodbench.datasets_gen.finest import finest
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness import registry
 from lodbench.harness.group import Context, Subject
@@ -127,7 +128,9 @@ class Entrant:
         if prepared.output is None:
             raise Unsupported(NOTHING_TO_DRAW)
         self.raster = Raster(self.device, prepared.output, *draw.size)
-        self.seen = self.view if self.view.view else Frame(mesh_view(surface, size=draw.size))
+        self.seen = (
+            self.view if self.view.view else Frame(mesh_view(finest(surface), size=draw.size))
+        )
 
     def _draw_apart(self, surface: Any) -> None:
         """Make ready for whole frames; without one its time stays unknown, and the subject goes on."""

@@ -11,6 +11,7 @@ from lodbench.harness import registry
 from lodbench.harness.record import plain
 from lodbench.kernels.device import Device
 from lodbench.kernels.stages.camera import TABLE_SIZE
+from lodbench.kernels.stages.paths import CameraPath
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class Group:
     data folder, its generated stand-in takes its place, under its own name; `zoom`: every frame of every subject is
     seen this much larger than the view that shows the whole; `once`: each subject's first frame is its one sample,
     for set-up that takes seconds on the host and has nothing to warm; `seed`: of the samples that errors are taken
-    from, where it is not the run's.
+    from, where it is not the run's; `path`: what is drawn apart is seen from along it, every frame recorded.
     """
 
     dataset: str
@@ -76,6 +77,7 @@ class Group:
     zoom: float | None = None
     once: bool = False
     seed: int | None = None
+    path: CameraPath | None = None
 
     @property
     def name(self) -> str:
@@ -93,6 +95,7 @@ class Group:
             **({"zoom": self.zoom} if self.zoom else {}),
             **({"once": True} if self.once else {}),
             **({} if self.seed is None else {"seed": self.seed}),
+            **({} if self.path is None else {"path": plain(self.path)}),
             "subjects": [
                 {
                     "label": subject.name,

@@ -80,6 +80,15 @@ class SubjectRecord:
         return {row["turn"]: row["wall_s"] for row in self.frames}
 
     @property
+    def path_s(self) -> dict[int, list[float]]:
+        """Step of the camera path -> wall seconds of its whole frames; nothing without a path."""
+        found: dict[int, list[float]] = {}
+        for row in self.frames:
+            if "step" in row:
+                found.setdefault(row["step"], []).append(row["wall_s"])
+        return found
+
+    @property
     def wall_s(self) -> dict[int, float]:
         """Turn -> wall seconds of the counted samples."""
         return {row["turn"]: row["wall_s"] for row in self.samples}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import hashlib
+import itertools
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from lodbench.datasets_gen import catalogue
-from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.finest import finest
+from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.harness import quality
 from lodbench.harness.budget import Budget
 from lodbench.harness.entrant import Entrant
@@ -25,9 +27,11 @@ from lodbench.harness.record import Writer, attempts, config_hash, plain
 from lodbench.harness.timing import OtherLoad, interleave, take
 from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.render import mesh_view
-from lodbench.kernels.system import Frame, View
+from lodbench.kernels.stages.paths import CameraPath
+from lodbench.kernels.system import Frame, Remembering, View
 
 OVERRUN = 1.2  # of the time left: a group that would take more is not begun
+PATH_ROUNDS = 5  # times that a camera path is measured, after one to warm
 
 
 class Session:
@@ -133,6 +137,10 @@ class Session:
         if isinstance(surface, TriangleMesh):
             facts["triangles_in"] = surface.triangle_count
             facts["vertices_in"] = surface.vertex_count
+        if isinstance(surface, BezierPatches):
+            facts["patches_in"] = len(surface.points)
+        if isinstance(surface, NurbsModel):
+            facts["surfaces_in"] = len(surface.surfaces)
         record(
             "begin", table=table, name=group.name, dataset=dataset.name, device=self.device.slug,
             facts=facts, config=config,
@@ -179,7 +187,7 @@ class Session:
         others = OtherLoad()
         for sample in interleave(frames, firsts, samples=self._samples, budget=budget):
             record("sample", **plain(sample))
-        self._whole_frames(entrants, record, progress, budget)
+        self._whole_frames(group, surface, entrants, record, progress, budget)
         others_share = others.share()
         for name, entrant in entrants.items():
             if group.quality and entrant.mesh is not None:
@@ -187,7 +195,7 @@ class Session:
                     return False
                 progress.step(f"quality of {name}")
                 entrant.facts["quality"] = self._quality(
-                    surface, entrant.mesh, self.seed if group.seed is None else group.seed
+                    finest(surface), entrant.mesh, self.seed if group.seed is None else group.seed
                 )
             record(
                 "subject", subject=name, status=entrant.status, reason=entrant.reason,
@@ -199,6 +207,8 @@ class Session:
 
     def _whole_frames(
         self,
+        group: Group,
+        surface: Any,
         entrants: Mapping[str, Entrant],
         record: Callable[..., None],
         progress: Progress,
@@ -214,12 +224,43 @@ class Session:
         if not frames:
             return
         progress.step("frame")
+        if group.path is not None:
+            self._along(
+                group.path, surface, {name: entrants[name] for name in frames}, record, budget
+            )
+            return
         firsts = {name: take(name, frame, 0, warmup=True) for name, frame in frames.items()}
         seconds = {name: first.wall_s for name, first in firsts.items() if first is not None}
         frames = {name: frames[name] for name in seconds}
         for sample in interleave(frames, seconds, samples=self._samples, budget=budget):
             if not sample.warmup:
                 record("frame", **plain(sample))
+
+    def _along(
+        self,
+        path: CameraPath,
+        surface: Any,
+        entrants: Mapping[str, Entrant],
+        record: Callable[..., None],
+        budget: Budget,
+    ) -> None:
+        """The whole path several times, the first to warm; at each step all subjects in turn."""
+        views = {
+            name: path.views(*finest(surface).box, size=entrant.subject.draw.size)
+            for name, entrant in entrants.items()
+            if entrant.subject.draw is not None
+        }
+        for round_, step in itertools.product(range(1 + PATH_ROUNDS), range(path.frames)):
+            if round_ > 1 and budget.stops():
+                return
+            for name, entrant in entrants.items():
+                if step == 0 and isinstance(entrant.prepared, Remembering):
+                    entrant.prepared.reset()
+                entrant.seen = Frame(views[name][step])
+                sample = take(name, entrant.whole_frame, round_ * path.frames + step, not round_)
+                if sample is not None and entrant.prepared is not None and round_:
+                    triangles = entrant.prepared.counters().get("triangles")
+                    record("frame", **plain(sample), step=step, triangles=triangles)
 
     def _surface(self, dataset: catalogue.Dataset) -> Any:
         if self._last != dataset.name:
@@ -253,5 +294,5 @@ def _zoomed(surface: Any, zoom: float | None) -> View | None:
     """The view of the whole, magnified; None where subjects choose their own."""
     if zoom is None:
         return None
-    whole = mesh_view(surface)
+    whole = mesh_view(finest(surface))
     return replace(whole, world_to_clip=np.diag([zoom, zoom, 1, 1]) @ whole.world_to_clip)

@@ -2,47 +2,23 @@
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
+from lodbench.kernels import verbs
 from lodbench.kernels.device import Device
 from lodbench.kernels.inputs import as_mesh, taken, with_triangles
 from lodbench.kernels.parameters import check
-from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.result import Result
 from lodbench.kernels.targets import given_target
 
 Points = NDArray[np.floating]  # float32 where such came in, else float64
 Faces = NDArray[np.uint32]
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """What simplifying or refining a mesh gave.
-
-    Attributes:
-        mesh: the mesh, float32 positions from the origin of the input, and uint32 triangles, with normals where the
-            method makes them.
-        vertex_map: (n,) uint32, the output vertex of each input vertex, 0xFFFFFFFF where there is none; None where
-            vertices do not map one to one.
-        levels: all levels of a chain, coarsest last; (mesh,) where there is one.
-        counters: sizes and choices of the method, by name.
-        setup, frame: where the time went, seconds by stage.
-    """
-
-    mesh: TriangleMesh
-    vertex_map: NDArray[np.uint32] | None = None
-    levels: tuple[TriangleMesh, ...] = ()
-    counters: dict[str, int | float] = field(default_factory=dict)
-    setup: Timeline = field(default_factory=Timeline)
-    frame: Timeline = field(default_factory=Timeline)
 
 
 @cache
@@ -56,25 +32,6 @@ def open_device(device: Device | str | None) -> Device:
     if isinstance(device, Device):
         return device
     return _default_device(check("device", device, str | None))
-
-
-@cache
-def _method(verb: str, name: str) -> Callable[..., Result]:
-    """The function `verb` of the system in the folder `name`; others are imported only to say which there are."""
-    folders = {
-        path.parent.name: path.parent for path in Path(__file__).parent.glob("*/*/__init__.py")
-    }
-
-    def function(folder: Path) -> Callable[..., Result] | None:
-        package = f"lodbench.kernels.{folder.parent.name}.{folder.name}"
-        candidate = getattr(importlib.import_module(package), verb, None)
-        return candidate if callable(candidate) else None
-
-    found = function(folders[name]) if name in folders else None
-    if found is None:
-        able = ", ".join(other for other in sorted(folders) if function(folders[other]))
-        raise ValueError(f"method: expected one of {able}, got {name!r}")
-    return found
 
 
 def _placed(result: Result, surface: TriangleMesh | GeometryImage) -> Result:
@@ -92,20 +49,20 @@ def simplify_mesh(
     target_reduction: float | None = None,
     target_count: int | None = None,
     cells: int | float | tuple[int, int, int] | None = None,
-    method: str = "quadric_clustering",
+    method: str | None = None,
     **options: Any,
 ) -> Result:
     """Fewer triangles of the same shape, with everything that is known about them.
 
     Args:
         device: an open device, a name for `Device.open`, or None for the default, which stays open.
-        mesh: see `as_mesh`; or, with method="quadtree_lod", a `GeometryImage`.
+        mesh: see `as_mesh`; or a `GeometryImage`.
         target_reduction: share of triangles removed, 0 to below 1; 0.9 leaves a tenth, 0 the mesh as it came.
         target_count: triangles left at most; the result has at least 95 % of them, or `counters` says by how much it
             misses: `target_gap`, triangles short of `target`, negative where a method can leave no fewer but none.
         cells: cells along the longest box axis (cubic cells), or (nx, ny, nz); at most 2**27 in all.
-        method: a system's name, such as "quadric_clustering".
-        **options: the method's own, such as placement="average".
+        method: a system's name, of those with the verb simplify; None takes the preferred one for the surface.
+        **options: the method's own, those of its Params, such as placement="average".
 
     Returns:
         The result; its mesh holds only vertices that a triangle uses, unless it is the mesh as it came.
@@ -114,10 +71,9 @@ def simplify_mesh(
         TypeError, ValueError: an argument is wrong; not exactly one of target_reduction, target_count and cells.
         Unsupported: the device cannot hold the mesh.
     """
-    chosen = _method("simplify", check("method", method, str))
+    check("method", method, str | None)
     surface = mesh if isinstance(mesh, GeometryImage) else with_triangles(as_mesh(mesh))
-    if isinstance(surface, GeometryImage) and method != "quadtree_lod":
-        raise TypeError(f"method: expected quadtree_lod for a geometry image, got {method!r}")
+    chosen = verbs.method("simplify", method, surface)
     targets = {"target_reduction": target_reduction, "target_count": target_count, "cells": cells}
     if given_target(targets) is None:
         raise ValueError(f"{', '.join(targets)}: expected one of them, got none")
@@ -132,15 +88,15 @@ def simplify(
     *,
     target_count: int | None = None,
     cells: int | float | tuple[int, int, int] | None = None,
-    method: str = "quadric_clustering",
+    method: str | None = None,
     device: Device | str | None = None,
     **options: Any,
 ) -> tuple[Points, Faces]:
     """Fewer triangles of the same shape: (points, faces) of the simplified mesh.
 
     The first three arguments are those of `fast_simplification.simplify`; the rest, and the errors, are those of
-    `simplify_mesh`, which also returns the map from input to output vertices. With method="quadtree_lod" a
-    `GeometryImage` may stand in for points and faces.
+    `simplify_mesh`, which also returns the map from input to output vertices. A `GeometryImage` may stand in for
+    points and faces.
 
     Returns:
         points (n, 3), float32 where such came in and else float64, and faces (m, 3) uint32.
@@ -166,7 +122,7 @@ def refine_mesh(
     mesh: Any,
     *,
     segments: int = 4,
-    method: str = "pattern",
+    method: str | None = None,
     weld: bool = True,
     **options: Any,
 ) -> Result:
@@ -176,16 +132,17 @@ def refine_mesh(
         device: an open device, a name for `Device.open`, or None for the default, which stays open.
         mesh: see `as_mesh`; normals are made where it has none.
         segments: segments along each edge, at least 1.
-        method: a system's name, such as "pattern".
+        method: a system's name, of those with the verb refine; None takes the preferred one.
         weld: share the points on edges and corners between triangles; False leaves each coarse triangle its own.
-        **options: the method's own, such as amplitude and frequency.
+        **options: the method's own, those of its Params, such as amplitude and waves.
 
     Raises:
         TypeError, ValueError: an argument is wrong.
         Unsupported: the device cannot hold the result.
     """
-    chosen = _method("refine", check("method", method, str))
+    check("method", method, str | None)
     coarse = with_triangles(as_mesh(mesh))
+    chosen = verbs.method("refine", method, coarse)
     result = chosen(open_device(device), coarse, segments=segments, weld=weld, **options)
     return _placed(result, coarse)
 
@@ -195,7 +152,7 @@ def refine(
     faces: Any = None,
     segments: int = 4,
     *,
-    method: str = "pattern",
+    method: str | None = None,
     device: Device | str | None = None,
     weld: bool = True,
     **options: Any,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import inspect
+import re
 import types
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -146,6 +148,24 @@ def closest(argument: str, got: str, names: Iterable[str]) -> str:
 def _kinds(owner: type) -> Mapping[str, Any]:
     hints = get_type_hints(owner, include_extras=True)
     return {field.name: hints[field.name] for field in dataclasses.fields(owner)}
+
+
+def described(owner: type) -> list[dict[str, str]]:
+    """Each field of a Params: its name, what it takes, its default, and what its docstring says of it."""
+    texts: dict[str, str] = {}
+    for base in reversed(owner.__mro__):
+        _, _, attributes = (inspect.getdoc(base) or "").partition("Attributes:\n")
+        for names, text in re.findall(r"(?ms)^ {4}(\w[\w, ]*): (.*?)(?=^ {4}\w|\Z)", attributes):
+            texts |= {name.strip(): " ".join(text.split()) for name in names.split(",")}
+    return [
+        {
+            "parameter": field.name,
+            "takes": _words(_kinds(owner)[field.name]),
+            "default": str(field.default),
+            "meaning": texts.get(field.name, ""),
+        }
+        for field in dataclasses.fields(owner)
+    ]
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from typing import Any
 from lodbench.kernels import driver
 from lodbench.kernels.driver import Unsupported
 
-HELD_SHARE = (
-    1 / 16
-)  # of the limit: a device that shares the host's memory must not keep what is not in use
+# of the limit: a device that shares the host's memory must not keep all that is not in use; but where a call's own
+# buffers pass the bound, each call pays for their pages anew, twice its time
+HELD_SHARE = 1 / 4
 
 
 class Pool:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.device import Buffer, Device, Unsupported
+from lodbench.kernels.result import Result
 from lodbench.kernels.stages.timeline import Timeline
 
 __all__ = [
@@ -70,11 +71,24 @@ class Footprint:
 
 
 @dataclass(frozen=True)
+class Stored:
+    """The last four of a `Footprint`."""
+
+    stored_vertices: int
+    stored_bytes: int
+    static_vertices: int
+    static_bytes: int
+
+
+@dataclass(frozen=True)
 class Traffic:
     """What a stage must move and compute at the least: for the share of the device's limits."""
 
     bytes: int
     flops: int = 0
+
+    def __add__(self, other: Traffic) -> Traffic:
+        return Traffic(self.bytes + other.bytes, self.flops + other.flops)
 
 
 @dataclass(frozen=True)
@@ -140,6 +154,32 @@ class Prepared(Protocol):
         ...
 
 
+@runtime_checkable
+class Growing(Protocol):
+    """A subject whose frames may need more room than it has: none that overflowed is counted."""
+
+    def overflowed(self) -> bool:
+        """Did the last frame need more room than there was? It wrote nothing past it."""
+        ...
+
+    def grow(self) -> None:
+        """Make the room that the last frame needed.
+
+        Raises:
+            Unsupported: the device has no more.
+        """
+        ...
+
+
+@runtime_checkable
+class Remembering(Protocol):
+    """A subject whose frames depend on those before them."""
+
+    def reset(self) -> None:
+        """Forget them: the next frame is the first of a path."""
+        ...
+
+
 @dataclass(frozen=True)
 class System(Generic[P]):
     """A subject under test.
@@ -151,6 +191,8 @@ class System(Generic[P]):
         takes: the surface types that `prepare` accepts.
         prepare: (device, surface, params) -> Prepared; raises `Unsupported` where the device cannot.
         cases: named parameter sets; the first is the default.
+        verbs: what users ask for by name ("simplify"), and the call that does it: (device, surface, **options) ->
+            Result, options being those of the Params and the verb's own.
         runs_on: "device" or "host" ("gl" for an OpenGL driver); host subjects have wall time only.
     """
 
@@ -160,6 +202,7 @@ class System(Generic[P]):
     takes: tuple[type, ...]
     prepare: Callable[[Device, Any, P], Prepared]
     cases: Mapping[str, P]
+    verbs: Mapping[str, Callable[..., Result]] = field(default_factory=dict)
     runs_on: str = "device"
     notes: str = field(default="")
 
@@ -172,9 +215,26 @@ def run(
 ) -> Timeline:
     """One frame: enqueue, optional raster and shading, wait once; device seconds per stage and wall seconds.
 
+    A frame that overflowed is not counted: its subject grows, runs once to warm what is new, and then again.
+
     Raises:
-        Unsupported: the frame is to be drawn and left no surface on the device: it would be no whole frame.
+        Unsupported: the frame is to be drawn and left no surface on the device: it would be no whole frame. Or the
+            device has no room for it.
     """
+    timeline = _frame(device, prepared, frame, raster)
+    while isinstance(prepared, Growing) and prepared.overflowed():
+        prepared.grow()
+        _frame(device, prepared, frame, raster)
+        timeline = _frame(device, prepared, frame, raster)
+    return timeline
+
+
+def _frame(
+    device: Device,
+    prepared: Prepared,
+    frame: Frame,
+    raster: Callable[[DeviceSurface, Frame, Timeline], None] | None,
+) -> Timeline:
     timeline = Timeline()
     start = time.perf_counter()
     prepared.enqueue(frame, timeline)

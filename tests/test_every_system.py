@@ -1,9 +1,13 @@
 """What every subject promises, asked of each one that the registry finds."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.nurbs import ball
+from lodbench.datasets_gen.patches import cup
+from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.harness.registry import systems
 from lodbench.kernels.device import Device
 from lodbench.kernels.system import Footprint, Frame, Unsupported, run
@@ -37,12 +41,21 @@ def sphere(rows=12, columns=18):
     return TriangleMesh(points, np.array(faces))
 
 
-def prepare(name, case, device, mesh):
+NONE = np.zeros((0, 3))
+FULL = {TriangleMesh: sphere(), BezierPatches: cup(), NurbsModel: ball()}
+EMPTY = {
+    TriangleMesh: TriangleMesh(NONE, NONE.astype(int)),
+    BezierPatches: BezierPatches(np.zeros((0, 4, 4, 3))),
+    NurbsModel: NurbsModel(()),
+}
+
+
+def prepare(name, case, device, surfaces=FULL):
+    """Of the first surface type that the system takes."""
     system = SYSTEMS[name]
-    if TriangleMesh not in system.takes:
-        pytest.skip(f"{name} does not take triangle meshes")
+    surface = next(surface for kind, surface in surfaces.items() if kind in system.takes)
     try:
-        return system.prepare(device, mesh, system.cases[case])
+        return system.prepare(device, surface, system.cases[case])
     except Unsupported as reason:
         pytest.skip(str(reason))
 
@@ -53,7 +66,7 @@ def as_bytes(meshes):
 
 @pytest.mark.parametrize(("name", "case"), CASES)
 def test_frame_passes_its_own_check(device, name, case):
-    prepared = prepare(name, case, device, sphere())
+    prepared = prepare(name, case, device)
     timeline = run(device, prepared)
     check = prepared.check()
     assert check.passed, f"{check.what}: {check.value} > {check.tolerance}"
@@ -64,7 +77,7 @@ def test_frame_passes_its_own_check(device, name, case):
 
 @pytest.mark.parametrize(("name", "case"), CASES)
 def test_result_is_finite_and_in_range(device, name, case):
-    prepared = prepare(name, case, device, sphere())
+    prepared = prepare(name, case, device)
     run(device, prepared)
     for mesh in prepared.result():
         assert np.isfinite(mesh.positions).all()
@@ -76,7 +89,7 @@ def test_result_is_finite_and_in_range(device, name, case):
 
 @pytest.mark.parametrize(("name", "case"), CASES)
 def test_two_frames_give_the_same_bytes(device, name, case):
-    prepared = prepare(name, case, device, sphere())
+    prepared = prepare(name, case, device)
     run(device, prepared, Frame())
     first = as_bytes(prepared.result())
     run(device, prepared, Frame())
@@ -89,7 +102,7 @@ def test_work_group_size_and_core_count_do_not_change_a_bit(device, name):
     expected = None
     for options in ({}, {"local_size": 1}, {"local_size": 48}, {"one_core": True}):
         other = Device.open(**options) if options else device
-        prepared = prepare(name, case, other, sphere())
+        prepared = prepare(name, case, other)
         run(other, prepared)
         got = as_bytes(prepared.result())
         expected = expected or got
@@ -98,18 +111,22 @@ def test_work_group_size_and_core_count_do_not_change_a_bit(device, name):
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_result_stands_where_the_input_does(device, name):
-    near = sphere()
     offset = np.float32(1000)  # no origin: the points are float32 as they come
-    mesh = TriangleMesh(near.positions + offset, near.triangles)
-    prepared = prepare(name, next(iter(SYSTEMS[name].cases)), device, mesh)
+    patches, (surface,) = cup(), ball().surfaces
+    far = {
+        TriangleMesh: TriangleMesh(sphere().positions + offset, sphere().triangles),
+        BezierPatches: BezierPatches(patches.points + offset),
+        NurbsModel: NurbsModel((replace(surface, points=surface.points + offset),)),
+    }
+    prepared = prepare(name, next(iter(SYSTEMS[name].cases)), device, far)
     run(device, prepared)
     for result in prepared.result():
         assert result.origin is None
-        assert np.abs(result.positions - offset).max() <= 2 * near.diagonal
+        assert np.abs(result.positions - offset).max() <= 2 * sphere().diagonal
 
 
 @pytest.mark.parametrize(("name", "case"), CASES)
 def test_no_triangles_in_no_triangles_out(device, name, case):
-    prepared = prepare(name, case, device, TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int)))
+    prepared = prepare(name, case, device, EMPTY)
     run(device, prepared)
     assert all(mesh.triangle_count == 0 for mesh in prepared.result())

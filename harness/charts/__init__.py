@@ -17,5 +17,6 @@ CHARTS: dict[str, tuple[str, Callable[[Material], Chart | None]]] = {
     "stage-fps": ("Frames per second without drawing", bars.stages_per_second),
     "footprint": ("Footprint", bars.footprint),
     "stages": ("Stages", bars.stages),
+    "path": ("Along the camera path", curves.along_path),
     "samples": ("Samples", bars.samples),
 }

@@ -212,3 +212,36 @@ def error_against_time(material: Material) -> Chart | None:
         "RMS distance from the input to the result against wall time: down and to the left is better. "
         f"The table has the triangles left, which may differ.{more}",
     )
+
+
+def along_path(material: Material) -> Chart | None:
+    """Seconds of a frame and triangles drawn at each view of a camera path, one panel each and path."""
+    groups = [group for group in material.groups if any(s.path_s for s in group.subjects.values())]
+    if not groups:
+        return None
+    canvas = Canvas(figsize=(WIDTH, 1.2 + 2.2 * len(groups)), layout="constrained")
+    grid = canvas.subplots(len(groups), 2, squeeze=False, sharex=True)
+    for group, (times, drawn) in zip(groups, grid, strict=True):
+        for label, subject in group.subjects.items():
+            colour, _ = material.look(label)
+            spread = {step: np.quantile(s, (0.25, 0.5, 0.75)) for step, s in subject.path_s.items()}
+            low, middle, high = 1e3 * np.array([spread[step] for step in sorted(spread)]).T
+            times.plot(sorted(spread), middle, c=colour, label=label)
+            times.fill_between(sorted(spread), low, high, color=colour, alpha=0.25, lw=0)
+            counts = {row["step"]: row.get("triangles") or np.nan for row in subject.frames}
+            steps = sorted(counts)
+            drawn.plot(steps, [counts[step] for step in steps], c=colour, ds="steps-mid")
+        times.set_title(str(group.facts.get("path", group.name)), loc="left")
+        times.set_ylabel("ms per frame")
+        times.set_ylim(bottom=0)
+        drawn.set_ylabel("triangles")
+        drawn.set_yscale("log")
+        drawn.yaxis.set_major_formatter(EngFormatter("", sep=""))
+        drawn.yaxis.set_minor_formatter(NullFormatter())
+    for axes in grid[-1]:
+        axes.set_xlabel("view on the path")
+    legend(canvas, [grid[0][0]])
+    caption = (
+        "Left: a whole frame, median and quartiles of all rounds. Right: what was drawn in it."
+    )
+    return Chart(canvas, caption)

@@ -23,8 +23,8 @@ from lodbench.harness.tables import (
 )
 from lodbench.harness.timing import log_slope, summary
 from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.cluster.quadric_clustering.host import search_cells
-from lodbench.kernels.cluster.quadric_clustering.upload import Upload
+from lodbench.kernels.cluster.prepare import search_cells
+from lodbench.kernels.cluster.upload import Upload
 
 REDUCTION = 0.9
 SCANS = ("bunny_69k", "armadillo_86k", "dragon_100k", "buddha_100k")

@@ -21,8 +21,8 @@ from lodbench.harness.tables import (
     ratio_columns,
 )
 from lodbench.harness.timing import summary
-from lodbench.kernels.cluster.quadric_clustering.host import search_cells
-from lodbench.kernels.cluster.quadric_clustering.upload import Upload
+from lodbench.kernels.cluster.prepare import search_cells
+from lodbench.kernels.cluster.upload import Upload
 
 DATASET = "bunny_closed_70k"
 SECOND = {"armadillo_86k": (86_482, 64_861, 43_241, 21_620)}  # 100, 75, 50, 25 % of its triangles

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.device import Buffer, Device
 from lodbench.kernels.stages.timeline import Timeline
-from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Traffic
+from lodbench.kernels.subject import DeviceSubject
+from lodbench.kernels.system import Check, DeviceSurface
 
 STAGE = "copy"
 
@@ -23,7 +24,7 @@ def without_duplicates(mesh: TriangleMesh) -> TriangleMesh:
     return replace(mesh, triangles=mesh.triangles[np.sort(first)])
 
 
-class Unchanged:
+class Unchanged(DeviceSubject):
     """The identity behind the contract: a frame copies the mesh, points that no triangle uses among them."""
 
     def __init__(
@@ -45,29 +46,28 @@ class Unchanged:
             setup: what was done so far.
             counters: more of them, by name.
         """
-        self.setup = setup
-        self._device, self._mesh, self._more = device, mesh, counters
-        self._given = (positions, triangles)
-        self._copies = tuple(device.allocate(b.name, b.shape, b.dtype) for b in self._given)
-        self._ran = False
-
-    @property
-    def output(self) -> DeviceSurface:
-        """The copy."""
-        positions, triangles = self._copies
-        return DeviceSurface(positions, None, triangles, positions.shape[0], triangles.shape[0])
-
-    def enqueue(self, frame: Frame, timeline: Timeline) -> None:
-        """Copy; never waits."""
-        self._ran = True
+        super().__init__(device, setup)
+        self._mesh, self._more = mesh, counters
+        self._given = self.hold("input", positions, triangles)
+        self._copies = tuple(self.allocate(b.name, b.shape, b.dtype, "output") for b in self._given)
         for source, target in zip(self._given, self._copies, strict=True):
-            self._device.copy(timeline, STAGE, source, target)
+            self._copy(source, target)
+        self.output = DeviceSurface(
+            self._copies[0], None, self._copies[1], positions.shape[0], triangles.shape[0]
+        )
+
+    def _copy(self, source: Buffer, target: Buffer) -> None:
+        device = self.device
+        self.add(
+            lambda timeline: device.copy(timeline, STAGE, source, target),
+            bytes=2 * source.size_bytes,
+            stage=STAGE,
+        )
 
     def result(self) -> Sequence[TriangleMesh]:
         """The mesh, with its normals, colours and whatever else it had."""
-        if not self._ran:
-            self.enqueue(Frame(), Timeline())
-        positions, triangles = (self._device.read(copy) for copy in self._copies)
+        self.live()
+        positions, triangles = (self.device.read(copy) for copy in self._copies)
         return [replace(self._mesh, positions=positions, triangles=triangles)]
 
     def vertex_map(self) -> NDArray[np.uint32]:
@@ -78,27 +78,9 @@ class Unchanged:
         """How many numbers differ from those given."""
         (mesh,) = self.result()
         pairs = zip(self._given, (mesh.positions, mesh.triangles), strict=True)
-        wrong = sum(int(np.count_nonzero(self._device.read(b) != values)) for b, values in pairs)
+        wrong = sum(int(np.count_nonzero(self.device.read(b) != values)) for b, values in pairs)
         return Check(wrong == 0, "numbers unlike the input's", wrong, 0)
 
-    def counters(self) -> Mapping[str, int | float]:
-        """Sizes in and out, and what the search found."""
-        vertices, triangles = (copy.shape[0] for copy in self._copies)
-        return {"vertices": vertices, "triangles": triangles, **self._more}
-
-    def footprint(self) -> Footprint:
-        """Input and output."""
-        size = sum(buffer.size_bytes for buffer in self._given)
-        vertices = self._given[0].shape[0]
-        return Footprint(
-            input_bytes=size,
-            output_bytes=size,
-            stored_vertices=vertices,
-            stored_bytes=size,
-            static_vertices=vertices,
-            static_bytes=size,
-        )
-
-    def traffic(self) -> Mapping[str, Traffic]:
-        """Everything read and written once."""
-        return {STAGE: Traffic(2 * sum(buffer.size_bytes for buffer in self._given))}
+    def more_counters(self) -> Mapping[str, int | float]:
+        """What the search found."""
+        return self._more

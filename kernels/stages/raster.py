@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.parameters import Range, check
-from lodbench.kernels.program import Launch, Program
+from lodbench.kernels.program import Buffer, Launch, Program
 from lodbench.kernels.stages.camera import to_screen
 from lodbench.kernels.stages.look import Look, lights
 from lodbench.kernels.stages.scan import chunk_local
@@ -27,7 +27,6 @@ MAPS = 16  # private maps at most: each costs 8 bytes per pixel that it touches
 GPU_ITEMS = 1 << 14
 KEY_BYTES = 8
 ATOMICS = "cl_khr_int64_extended_atomics"
-
 VERTEX, RASTER, FRAGMENT = "vertex_transform", "raster", "fragment"
 
 
@@ -41,7 +40,7 @@ class Raster:
 
     Args:
         device: where the surface is.
-        surface: of any topology; later calls may pass others with no more vertices, instanced or not as it is.
+        surface: of any topology; later calls may pass others, instanced or not as it is: more vertices, more memory.
         width: pixels, 1 to 16384.
         height: pixels, 1 to 16384.
         look: how it is drawn.
@@ -92,14 +91,13 @@ class Raster:
 
     def _allocate(self, surface: DeviceSurface) -> None:
         device, look = self.device, self.look
-        rows = -(-max(surface.vertex_count, 1) // 8) * 8
         ramp = np.linspace(0, 1, 256, dtype=np.float32)[:, None].repeat(4, 1)
         if look.colour_map is not None:
             ramp[:, :3] = np.asarray(look.colour_map, np.float32)[:, :3]
         values = np.zeros(1, np.float32) if look.values is None else np.ravel(look.values)
         self._all = device.upload("live", np.full(2, 0xFFFFFFFF, np.uint32))  # kernels cut to size
         self._buffers = {
-            "screen": device.allocate("screen", (rows, 4), np.int32),
+            "screen": self._screen(surface),
             "flags": device.allocate("flags", FLAGS_OPEN + self._maps * self._tiles, np.uint32),
             "keys": device.allocate("keys", (self._maps, self._tiles, TILE * TILE), np.int64),
             "large": device.allocate("large", (LARGE_CAPACITY, 16), np.int32),
@@ -107,6 +105,10 @@ class Raster:
             "colour_map": device.upload("colour_map", ramp),
             "values": device.upload("values", values, np.float32, (None,)),
         }
+
+    def _screen(self, surface: DeviceSurface) -> Buffer:
+        rows = -(-max(surface.vertex_count, 1) // 8) * 8
+        return self.device.allocate("screen", (rows, 4), np.int32)
 
     def _values_per(self, surface: DeviceSurface) -> int:
         """Triangles that share one value: 1, or those of an instance."""
@@ -221,18 +223,16 @@ class Raster:
         """Have the launches draw `surface`.
 
         Raises:
-            ValueError: it has more vertices than there is room for, or the kernels were built for another kind.
+            ValueError: the kernels were built for another kind.
+            Unsupported: no room for its vertices.
         """
-        rows = self._buffers["screen"].shape[0]
-        if surface.vertex_count > rows:
-            raise ValueError(
-                f"surface: expected at most {rows} vertices, got {surface.vertex_count}"
-            )
         if _kind(surface) != _kind(self._surface):
             raise ValueError(f"surface: expected {_kind(self._surface)}, got {_kind(surface)}")
         wanted = self._of_surface(surface)
         changed = {name: value for name, value in wanted.items() if self._bound.get(name) != value}
         self._vertex.items = max(-(-surface.vertex_count // 8), 1)
+        if surface.vertex_count > self._buffers["screen"].shape[0]:
+            self._buffers["screen"] = changed["screen"] = self._screen(surface)
         for launch in (self._vertex, self._triangles, self._large, self._shade):
             launch.set(**{name: changed[name] for name in launch.parameters & changed.keys()})
         self._surface, self._bound = surface, wanted

@@ -86,3 +86,15 @@ def test_welded_joins_a_soup_into_the_mesh_that_it_came_from():
 def test_welded_takes_both_zeros_for_one():
     points = np.array([(0.0, 0, 0), (1, 0, 0), (0, 1, 0), (-0.0, -0.0, 0), (0, 1, 0), (-1, 0, 0)])
     assert welded(TriangleMesh(points, np.arange(6).reshape(2, 3))).vertex_count == 4
+
+
+def test_triangles_at_one_place_keep_their_order():
+    # 5,000 triangles on 4 centroids: too many for a sort that is stable by chance
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], float)
+    points = np.concatenate([corners + np.array([10 * k, 0, 0]) for k in range(4)])
+    turn, place = np.arange(5000) % 3, np.arange(5000) % 4
+    faces = 3 * place[:, None] + (turn[:, None] + np.arange(3)) % 3
+    result = spatially_sorted(TriangleMesh(points, faces))
+    came = soup(TriangleMesh(points, faces))
+    expected = np.concatenate([came[place == k] for k in range(4)])
+    assert np.array_equal(soup(result), expected)

@@ -46,7 +46,7 @@ def test_geometry_image_is_simplified_and_drawn_from_its_file(mesh, tmp_path, ca
     assert json.loads(capsys.readouterr().out)["triangles_in"] == 512
     words = ["simplify", str(image), str(out), "-n", "100", "-m", "quadric_clustering"]
     assert main(words) == 2
-    assert "expected quadtree_lod for a geometry image" in capsys.readouterr().err
+    assert "expected quadtree_lod for a GeometryImage" in capsys.readouterr().err
 
 
 def test_geometry_image_says_what_it_does_and_uses_its_cache(mesh, tmp_path, capsys):

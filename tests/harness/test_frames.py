@@ -9,7 +9,8 @@ from lodbench.harness.entrant import Entrant
 from lodbench.harness.folder import open_folder
 from lodbench.harness.group import Draw, Group, Subject
 from lodbench.harness.record import SAMPLES, read_rows, read_run
-from lodbench.harness.run import Session, _zoomed
+from lodbench.harness.run import PATH_ROUNDS, Session, _zoomed
+from lodbench.kernels.stages.paths import CameraPath
 
 SIZE = (64, 48)
 DRAWING = {"vertex_transform", "raster", "fragment"}
@@ -17,11 +18,11 @@ DRAWING = {"vertex_transform", "raster", "fragment"}
 
 @pytest.fixture
 def measure(device, tmp_path):
-    def measured(*subjects, samples=2, once=False):
+    def measured(*subjects, samples=2, **options):
         folder = open_folder(device, {}, out=tmp_path / "run")
         session = Session(device, folder, samples=samples)
         try:
-            session.measure([("t", Group("sphere_10", subjects, once=once))], quiet=True)
+            session.measure([("t", Group("sphere_10", subjects, **options))], quiet=True)
         finally:
             session.close()
         (group,) = read_run(folder).groups
@@ -139,3 +140,31 @@ def test_group_may_be_seen_magnified():
     small, large = (_zoomed(surface, zoom).world_to_clip for zoom in (1.0, 4.0))
     np.testing.assert_allclose(large, np.diag([4, 4, 1, 1]) @ small)
     assert _zoomed(surface, None) is None
+
+
+def test_every_view_of_a_camera_path_is_drawn_by_all_in_turn_and_recorded(measure):
+    apart, path = Draw(SIZE, apart=True), CameraPath("orbit", 5)
+    levels = Subject("pattern", {"segments": 4, "levels": 3}, draw=apart)
+    group, rows = measure(vbo(draw=apart), levels, path=path)
+    frames = [row for row in rows if row["kind"] == "frame"]
+    steps = [(row["subject"], row["step"]) for row in frames]
+    once = [(name, step) for step in range(5) for name in ("static_vbo", "pattern")]
+    assert steps == once * PATH_ROUNDS
+    assert group.config["path"] == {"kind": "orbit", "frames": 5}
+    pattern_row = group.subjects["pattern"]
+    assert {step: len(found) for step, found in pattern_row.path_s.items()} == dict.fromkeys(
+        range(5), PATH_ROUNDS
+    )
+    drawn = [row["triangles"] for row in frames if row["subject"] == "pattern"][:5]
+    assert drawn[0] == 10 * 16 and drawn[2] == min(drawn) == 10, "coarser from farther away"
+    assert {row["triangles"] for row in frames if row["subject"] == "static_vbo"} == {160}
+    assert len(pattern_row.frame_s) == 5 * PATH_ROUNDS, "turns that ratios are taken between"
+
+
+def test_subject_that_remembers_starts_every_round_anew(measure, monkeypatch):
+    from lodbench.kernels.refine.pattern.host import Pattern
+
+    resets = []
+    monkeypatch.setattr(Pattern, "reset", lambda self: resets.append(1), raising=False)
+    measure(pattern(draw=Draw(SIZE, apart=True)), path=CameraPath("turntable", 3))
+    assert len(resets) == 1 + PATH_ROUNDS

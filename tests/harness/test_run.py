@@ -2,14 +2,20 @@ import dataclasses
 import os
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from lodbench.datasets_gen import catalogue
+from lodbench.datasets_gen.finest import finest
+from lodbench.datasets_gen.nurbs import ball
+from lodbench.datasets_gen.patches import cup
 from lodbench.harness import lock, record, registry, tables
 from lodbench.harness.folder import open_folder
 from lodbench.harness.group import Group, Subject
 from lodbench.harness.record import read_rows, read_run
 from lodbench.harness.run import Session
+from lodbench.kernels.stages.paths import CameraPath
 from tests.harness import fake
 
 
@@ -268,3 +274,44 @@ def test_environment_says_where_and_with_what(folder):
     assert {"commit", "dirty", "started", "seed", "options", "variables", "pocl", "llvm"} <= set(
         found
     )
+
+
+@pytest.mark.parametrize(("surface", "counted"), [(cup(), "patches_in"), (ball(), "surfaces_in")])
+def test_patches_and_nurbs_are_seen_measured_and_compared(
+    device, folder, monkeypatch, surface, counted
+):
+    takes = dataclasses.replace(
+        fake.SYSTEMS["fake"],
+        takes=(type(surface),),
+        prepare=lambda device, surface, params: fake.Fake(device, finest(surface), params),
+    )
+    made = registry.Registry({**fake.SYSTEMS, "fake": takes})
+    monkeypatch.setattr(registry, "registry", lambda: made)
+    dataset = SimpleNamespace(name="one", surface=surface, standin=False, content="")
+    monkeypatch.setattr(catalogue, "find", lambda name: dataset)
+    group = Group("one", (Subject("fake"), Subject("other")), quality=True, zoom=2.0)
+    measure(device, folder, group)
+    (found,) = read_run(folder).groups
+    quality = found.subjects["fake"].quality
+    assert quality is not None and quality["rms_error"] < 1e-6
+    assert found.subjects["other"].status == "skipped"
+    assert "needs TriangleMesh" in found.subjects["other"].reason
+    assert found.facts[counted] > 0
+
+
+def test_another_seed_case_or_path_is_not_what_was_measured(device, folder):
+    def measured(run_seed, **options):
+        group = Group("one", (Subject("fake", **options.pop("subject", {})),), **options)
+        session = Session(device, folder, samples=2, seed=run_seed)
+        try:
+            return record.config_hash(session._config("t", group))
+        finally:
+            session.close()
+
+    path = CameraPath("orbit", 2)
+    ways = [
+        measured(0), measured(1), measured(0, subject={"case": "default"}), measured(0, seed=7),
+        measured(0, path=path), measured(0, quality=True), measured(0, once=True),
+    ]  # fmt: skip
+    assert len(set(ways)) == len(ways)
+    assert measured(0) == ways[0]

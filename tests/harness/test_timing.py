@@ -111,3 +111,8 @@ def test_log_slope_of_a_power_is_its_exponent():
     assert slope == pytest.approx(1.5)
     assert low <= slope <= high
     assert timing.log_slope([1.0, 1.0], [2.0, 3.0]) is None
+
+
+def test_paired_ratio_is_the_median_and_not_the_mean():
+    skewed = paired_ratio({0: 1.0, 1: 1.0, 2: 10.0}, {0: 1.0, 1: 1.0, 2: 1.0})
+    assert skewed is not None and skewed.median == 1

@@ -38,7 +38,7 @@ BALL = icosphere(1)
         (simplify, {"cells": 10**400}, ValueError, "cells: expected at most 134,217,728 in all"),
         (simplify, {"cells": np.ones((3, 3))}, TypeError, "cells: expected a number or (nx, ny"),
         (simplify, {"cells": 9, "chunks": 1.0}, TypeError, "chunks: expected a whole number"),
-        (simplify, {"cells": 9, "method": 3}, TypeError, "method: expected text, got 3"),
+        (simplify, {"cells": 9, "method": 3}, TypeError, "method: expected text or None, got 3"),
         (
             simplify, {"target_count": 9, "method": "quadtree_lod", "n": 4.0}, TypeError,
             "n: expected a whole number, got 4.0",

@@ -218,14 +218,15 @@ def test_pool_hands_the_same_memory_out_again(device):
 
 def test_buffers_of_many_sizes_leave_a_bounded_amount_held():
     small = Device.open(memory_limit=1 << 20)
-    bound = HELD_SHARE * small.memory_limit
+    bound, most = HELD_SHARE * small.memory_limit, 0
     for k in range(1, 60):
         buffers = [small.allocate("values", 97 * k * n, np.float32) for n in (1, 3, 7)]
         small.fill(Timeline(), "fill", buffers[-1], 0)
         del buffers
         assert small.used_bytes == 0
         assert small.held_bytes <= bound
-    assert small.held_bytes > 0, "small buffers are kept"
+        most = max(most, small.held_bytes)
+    assert most > bound / 2, "what is within the bound is kept"
 
 
 def test_calls_of_many_sizes_leave_a_bounded_amount_held():

@@ -16,8 +16,8 @@ from lodbench.harness.limits import VECTOR, sweep
 from lodbench.kernels.device import Device
 from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.refine.lattice import Segments
-from lodbench.kernels.stages.timeline import Timeline
-from lodbench.kernels.system import Check, Footprint, Frame, System, Traffic
+from lodbench.kernels.subject import DeviceSubject
+from lodbench.kernels.system import Check, System
 
 __all__ = ["SYSTEM", "DeviceFill", "Params"]
 
@@ -42,38 +42,29 @@ class Params(Parameters):
     by: Literal["driver", "kernel", "streaming"] = "kernel"
 
 
-class DeviceFill:
+class DeviceFill(DeviceSubject):
     """One fill of one buffer per frame; its size is rounded up to a whole float8."""
 
-    output = None
-
     def __init__(self, device: Device, mesh: TriangleMesh, params: Params) -> None:
+        super().__init__(device)
         n = params.segments
         size = params.size_bytes
         if size is None:
             size = VERTEX_BYTES * mesh.triangle_count * (n + 1) * (n + 2) // 2
-        self.setup = Timeline()
-        self._device = device
-        self._count = -(-size // VECTOR)
+        count = -(-size // VECTOR)
+        self._size = VECTOR * count
         with self.setup.host("allocate"):
-            self._values = device.allocate("values", 8 * self._count, np.float32)
-        self._kernel = None
-        if params.by != "driver":
+            values = self._values = self.allocate("values", 8 * count, np.float32, "output")
+        if params.by == "driver":
+            self.add(lambda t: device.fill(t, "fill", values, VALUE), self._size, stage="fill")
+        else:
+            streaming = params.by == "streaming"
             with self.setup.host("build"):
-                self._kernel = sweep(
-                    device, "fill", self._count,
-                    streaming=params.by == "streaming", values=self._values, value=VALUE,
-                )  # fmt: skip
-        with self.setup.host("first_launch"):
-            self.enqueue(Frame(), Timeline())
-            device.wait()
-
-    def enqueue(self, frame: Frame, timeline: Timeline) -> None:
-        """Fill the buffer once."""
-        if self._kernel is not None:
-            self._kernel(timeline)
-        elif self._count:
-            self._device.fill(timeline, "fill", self._values, VALUE)
+                kernel = sweep(
+                    device, "fill", count, streaming=streaming, values=values, value=VALUE
+                )
+            self.add(kernel, self._size)
+        self.warm_up()
 
     def result(self) -> Sequence[TriangleMesh]:
         """No mesh: bytes alone."""
@@ -81,20 +72,12 @@ class DeviceFill:
 
     def check(self) -> Check:
         """How many words hold another value."""
-        wrong = int(np.count_nonzero(self._device.read(self._values) != VALUE))
+        wrong = int(np.count_nonzero(self.device.read(self._values) != VALUE))
         return Check(wrong == 0, "words that were not filled", wrong, 0)
 
     def counters(self) -> Mapping[str, int | float]:
         """`bytes` filled."""
-        return {"bytes": VECTOR * self._count}
-
-    def footprint(self) -> Footprint:
-        """The buffer."""
-        return Footprint(output_bytes=VECTOR * self._count)
-
-    def traffic(self) -> Mapping[str, Traffic]:
-        """Every byte is written once."""
-        return {"fill": Traffic(VECTOR * self._count)} if self._count else {}
+        return {"bytes": self._size}
 
 
 SYSTEM = System[Params](

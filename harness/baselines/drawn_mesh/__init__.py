@@ -19,7 +19,8 @@ from lodbench.kernels.render import mesh_view, upload_surface
 from lodbench.kernels.stages.camera import TABLE_SIZE
 from lodbench.kernels.stages.raster import EMPTY_ID, Raster, Side
 from lodbench.kernels.stages.timeline import Timeline
-from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, System, Traffic
+from lodbench.kernels.subject import DeviceSubject
+from lodbench.kernels.system import Check, Frame, Stored, System, Traffic
 
 __all__ = ["SYSTEM", "DrawnMesh", "Params"]
 
@@ -42,26 +43,29 @@ class Params(Parameters):
     height: Side = TABLE_SIZE[1]
 
 
-class DrawnMesh:
-    """One mesh and one image on the device; a frame draws the one into the other."""
-
-    output: DeviceSurface | None = None  # it is drawn already
+class DrawnMesh(DeviceSubject):
+    """One mesh and one image on the device; a frame draws the one into the other, and leaves no surface to draw."""
 
     def __init__(self, device: Device, mesh: TriangleMesh, params: Params) -> None:
-        self.setup = Timeline()
+        super().__init__(device)
         self._mesh = mesh
         with self.setup.host("upload"):
-            self._surface = upload_surface(device, mesh)
+            surface = self._surface = upload_surface(device, mesh)
+        self.hold("input", surface.positions, surface.triangles)
+        if surface.normals is not None:
+            self.hold("input", surface.normals)
         self._view = self._whole = mesh_view(mesh, size=(params.width, params.height))
-        with self.setup.host("build"):
-            self._raster = Raster(
-                device, self._surface, params.width, params.height, view=self._view
-            )
+        with self.setup.host("build"), self.holding("scratch"):
+            self._raster = Raster(device, surface, params.width, params.height, view=self._view)
 
     def enqueue(self, frame: Frame, timeline: Timeline) -> None:
         """Draw as `frame.view` sees it, or whole."""
-        self._view = frame.view or self._whole
+        self.frame, self._view = frame, frame.view or self._whole
         self._raster(self._surface, frame, timeline)
+
+    def live(self) -> tuple[int, int]:
+        """Those of the mesh."""
+        return self._mesh.vertex_count, self._mesh.triangle_count
 
     def result(self) -> Sequence[TriangleMesh]:
         """The mesh as it came."""
@@ -87,23 +91,10 @@ class DrawnMesh:
         size = self._view.width, self._view.height
         return np.stack([(1 + x / w) * size[0] / 2, (1 - y / w) * size[1] / 2], axis=-1)
 
-    def counters(self) -> Mapping[str, int | float]:
-        """Triangles and vertices drawn."""
-        return {"triangles": self._mesh.triangle_count, "vertices": self._mesh.vertex_count}
-
-    def footprint(self) -> Footprint:
-        """The mesh with its normals, and what drawing needs."""
-        surface = self._surface
-        buffers = surface.positions, surface.normals, surface.triangles
-        stored = sum(buffer.size_bytes for buffer in buffers if buffer is not None)
-        return Footprint(
-            input_bytes=stored,
-            scratch_bytes=self._raster.scratch_bytes,
-            stored_vertices=surface.vertex_count,
-            stored_bytes=stored,
-            static_vertices=surface.vertex_count,
-            static_bytes=stored,
-        )
+    def stored(self) -> Stored:
+        """The mesh with its normals."""
+        vertices, size = self._surface.vertex_count, self._bytes["input"]
+        return Stored(vertices, size, vertices, size)
 
     def traffic(self) -> Mapping[str, Traffic]:
         """Points read and screen points written, triangles read, pixels written."""

@@ -15,45 +15,15 @@ Out-of-Core Simplification of Large Polygonal Models.
 
 from __future__ import annotations
 
-from typing import Any
-
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.api import Result
-from lodbench.kernels.cluster.grid import Cells
+from lodbench.kernels.cluster.prepare import simplifier
 from lodbench.kernels.cluster.quadric_clustering.host import QuadricClustering, prepare
 from lodbench.kernels.cluster.quadric_clustering.params import Params
-from lodbench.kernels.device import Device
-from lodbench.kernels.system import System, run
+from lodbench.kernels.system import System
 
 __all__ = ["Params", "SYSTEM", "QuadricClustering", "simplify"]
 
-
-def simplify(
-    device: Device,
-    mesh: TriangleMesh,
-    *,
-    target_reduction: float | None = None,
-    target_count: int | None = None,
-    cells: Cells | None = None,
-    **options: Any,
-) -> Result:
-    """The simplified mesh, by a number of triangles or by a grid; `options` are those of `Params`.
-
-    With a target, `counters` also holds `target`, `target_gap` (triangles short of it, negative where every grid with
-    fewer leaves none at all) and `counting_passes`. Where all triangles are asked for the result is the mesh as it
-    came, points that no triangle uses among them.
-    """
-    params = Params.named(
-        cells=cells, target_reduction=target_reduction, target_count=target_count, **options
-    )
-    prepared = prepare(device, mesh, params)
-    frame = run(device, prepared)
-    simplified = prepared.result()[0]
-    return Result(
-        simplified, prepared.vertex_map(), (simplified,), dict(prepared.counters()),
-        prepared.setup, frame,
-    )  # fmt: skip
-
+simplify = simplifier(prepare, Params)
 
 SYSTEM = System(
     name="quadric_clustering",
@@ -72,4 +42,5 @@ SYSTEM = System(
         "no_duplicates_64": Params(64, remove_duplicates=True),
         "tenth": Params(target_reduction=0.9),
     },
+    verbs={"simplify": simplify},
 )

@@ -1,207 +1,162 @@
-"""Quadric vertex clustering on a device: upload, size, and the launches of a frame."""
+"""Quadric vertex clustering on a device: the cluster map, the walk that fills it, and the solve."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.cluster.grid import Grid
+from lodbench.kernels.cluster import prepare as family
+from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.cluster.quadric_clustering.judge import judge
 from lodbench.kernels.cluster.quadric_clustering.params import Params
-from lodbench.kernels.cluster.quadric_clustering.passes import Passes
 from lodbench.kernels.cluster.quadric_clustering.reference import KINDS, simplify
-from lodbench.kernels.cluster.quadric_clustering.upload import Upload
-from lodbench.kernels.cluster.search import Found, find_cells
-from lodbench.kernels.cluster.survivors import DeviceSurvivors
-from lodbench.kernels.cluster.unchanged import Unchanged, without_duplicates
-from lodbench.kernels.device import Device, DeviceError
+from lodbench.kernels.cluster.search import Found
+from lodbench.kernels.cluster.unchanged import Unchanged
+from lodbench.kernels.cluster.upload import Upload
+from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.stages.timeline import Timeline
-from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Traffic
-from lodbench.kernels.targets import missed
+from lodbench.kernels.subject import POINT
+from lodbench.kernels.system import Check
 
-# launches that this device has compiled; a second subject need not run a frame to warm them
-_warm: WeakKeyDictionary[Device, set[tuple[Any, ...]]] = WeakKeyDictionary()
+PLACEMENTS = {"robust": 0, "paper": 1, "average": 2}
+SUM_LANES = 14
+FOLDER = "cluster/quadric_clustering"
+FILES = tuple(f"{FOLDER}/{name}.cl" for name in ("setup", "fragment", "geometry", "geometry_emit"))
+_PREFIX = "quadric_clustering_"
 
 
-def prepare(device: Device, mesh: TriangleMesh, params: Params) -> QuadricClustering | Unchanged:
-    """The mesh uploaded, the grid found where a number of triangles is asked for, and a frame ready to run.
+def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Clustering | Unchanged:
+    """See `cluster/prepare.py`; fixed_point needs 64-bit atomics."""
+    return family.prepare(device, mesh, params, QuadricClustering, FILES)
 
-    Where all triangles are asked for, or no grid comes nearer, the mesh itself is the result. With a target, `setup`
-    has the stage "search".
 
-    Raises:
-        ValueError: more than 2**27 cells.
-        Unsupported: no room, or no 64-bit atomics where fixed_point asks for them.
+class QuadricClustering(Clustering):
+    """See `lodbench.kernels.cluster.quadric_clustering`.
+
+    ```
+    sums          float [chunks, capacity, 16] or long [capacity, 14]   the cluster map
+    ```
+
+    Attributes:
+        private: one float map per chunk, else one of integers.
+        fused: passes 1 and 3 in one walk.
+        first, third: the stage names of passes 1 and 3.
     """
-    upload = Upload(device, mesh)
-    asked = params.triangles(mesh.triangle_count)
-    if asked is None:
-        return QuadricClustering(upload, params)
-    found = search_cells(upload, asked, params.remove_duplicates)
-    if found.cells is not None:
-        params = replace(params, target_reduction=None, target_count=None, cells=found.cells)
-        return QuadricClustering(upload, params, found)
-    kept = upload
-    if params.remove_duplicates:
-        kept = Upload(device, without_duplicates(mesh))
-        upload.setup.stage_s |= kept.setup.stage_s
-    counters = {
-        "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
-        "counting_passes": found.counts, **missed(asked, kept.mesh.triangle_count),
-    }  # fmt: skip
-    return Unchanged(device, kept.mesh, kept.positions, kept.triangles, upload.setup, counters)
 
-
-def search_cells(upload: Upload, target_count: int, remove_duplicates: bool = False) -> Found:
-    """The grid that leaves at most `target_count` triangles, as `find_cells` says; seconds go to the stage "search"."""
-    with upload.setup.host("search"):
-        count = DeviceSurvivors(
-            upload.device, upload.program, upload.positions, upload.triangles,
-            (upload.low, upload.high), remove_duplicates,
-        )  # fmt: skip
-        return find_cells(count, upload.high - upload.low, upload.mesh.triangle_count, target_count)
-
-
-class QuadricClustering:
-    """One mesh, one grid: `enqueue` leaves the simplified mesh in `output`; `found` says how a search got there."""
+    params: Params
 
     def __init__(self, upload: Upload, params: Params, found: Found | None = None) -> None:
-        device = self._device = upload.device
-        self._upload = upload
-        self.params = params
-        self._found = found
-        self.setup = upload.setup
-        self.grid = Grid.over(upload.low, upload.high, params.grid_cells)
-        self._ran = False
-        before = device.used_bytes
-        passes = self._passes = Passes(upload, self.grid, params)
-        self._scratch = device.used_bytes - before - self._output_bytes()
-        key = (passes.private, passes.fused, params.remove_duplicates)
-        warm = _warm.setdefault(device, set())
-        self.setup.from_cache["first_launch"] = key in warm
-        if key not in warm:
-            with self.setup.host("first_launch"):
-                self.enqueue(Frame(), Timeline())
-                device.wait()
-            warm.add(key)
+        super().__init__(upload, params, found)
+        device = upload.device
+        accumulate = params.accumulate
+        if accumulate == "auto":
+            accumulate = "private" if device.is_cpu else "fixed_point"
+        self.private = accumulate == "private"
+        self.fused = self.private and params.strategy == "fused"
+        if not self.private:
+            if "cl_khr_int64_base_atomics" not in device.facts.extensions:
+                raise Unsupported("needs cl_khr_int64_base_atomics, device has none")
+            with self.setup.host("build"):
+                self._programs.append(device.build(f"{FOLDER}/geometry_fixed_point.cl"))
+        self.first = "pass_1_and_3" if self.fused else "pass_1"
+        self.third = "pass_1_and_3" if self.fused else "pass_3"
+        with self.setup.host("size"):
+            self.find_cells(self.first)
+        self._prepare_sums()
+        self._prepare_solve()
+        self.compact("pass_2")
+        walked = None
+        if self.fused:
+            walked = {
+                "kernel": _PREFIX + "geometry_emit_join", "pieces": self._pieces,
+                "piece_counts": self._piece_counts, "map_count": params.chunks,
+            }  # fmt: skip
+        self.emit(self.third, params.remove_duplicates, walked)
+        self.ready(self.private, self.fused, params.remove_duplicates)
 
-    @property
-    def output(self) -> DeviceSurface:
-        """The last frame's mesh; as many vertices as occupied cells and triangles as the input at most."""
-        return DeviceSurface(
-            positions=self._passes.vertices_out,
-            normals=None,
-            triangles=self._passes.survivors,
-            vertex_count=self._passes.capacity,
-            triangle_count=self._upload.mesh.triangle_count,
-            counts=self._passes.counts,
+    def _prepare_sums(self) -> None:
+        """The cluster map and the walk over the triangles that fills it."""
+        chunks, capacity, count = self.params.chunks, self.capacity, self._triangles
+        arguments: dict[str, Any] = {
+            "points": self.points, "triangles": self._upload.triangles, "triangle_count": count,
+        }  # fmt: skip
+        if self.private:
+            self.sums = self.allocate("maps", (chunks, capacity, 16), np.float32)
+            arguments |= {"maps": self.sums, "map_count": chunks, "capacity": capacity}
+            if self.fused:
+                self._pieces = self.allocate("pieces", 3 * count + 4 * chunks, np.uint32)
+                self._piece_counts = self.allocate("piece_counts", chunks, np.uint32)
+                arguments |= {"pieces": self._pieces, "piece_counts": self._piece_counts}
+            name = _PREFIX + ("geometry_fused" if self.fused else "geometry_accumulate")
+            items, local = chunks, 1
+        else:
+            self.sums = self.allocate("sums", (capacity, SUM_LANES), np.int64)
+            self._scale = self._fixed_point_scale()
+            self.fill(self.first, self.sums, 0)
+            arguments |= {"sums": self.sums, "scale": (*self._scale, 0)}
+            name = _PREFIX + "geometry_fixed_point"
+            items, local = count, None
+        self.add(
+            self.program(name).launch(name, items, stage=self.first, local=local, **arguments),
+            bytes=POINT * count + self.points.size_bytes + self.sums.size_bytes,
+            flops=112 * count,  # 70 for a plane and its products, 14 sums at each of 3 corners
         )
 
-    def enqueue(self, frame: Frame, timeline: Timeline) -> None:
-        """All passes; never waits. The input is the same each frame."""
-        self._ran = True
-        for step in self._passes.steps:
-            step(timeline)
+    def _fixed_point_scale(self) -> tuple[float, float, float]:
+        """Powers of two for A, b and positions, as large as sums of all triangles in one cell allow.
 
-    def _live(self) -> tuple[int, int]:
-        """Output vertices and triangles of the last frame; one is run when there was none."""
-        if not self._ran:
-            self.enqueue(Frame(), Timeline())
-        occupied = int(self._device.read(self._passes.state)[0])
-        if occupied > self._passes.capacity:
-            raise DeviceError(
-                f"cells: expected {self._passes.capacity} occupied as in set-up, got {occupied}"
-            )
-        vertices, triangles = self._device.read(self._passes.counts)
-        return int(vertices), int(triangles)
-
-    def result(self) -> Sequence[TriangleMesh]:
-        """The simplified mesh, without normals."""
-        vertices, triangles = self._live()
-        return [
-            TriangleMesh(
-                self._device.read(self._passes.vertices_out, vertices),
-                self._device.read(self._passes.survivors, triangles),
-            )
-        ]
-
-    def vertex_map(self) -> NDArray[np.uint32]:
-        """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where its cell has none."""
-        result = self._device.allocate("vertex_map", self._upload.mesh.vertex_count, np.uint32)
-        self._passes.launch(
-            "vertex_map", self._upload.mesh.vertex_count, "vertex_map",
-            points=self._passes.points, new_ranks=self._passes.new_ranks, vertex_map=result,
-            vertex_count=self._upload.mesh.vertex_count,
+        The bound comes from counts of triangles by exponent, which no order of the triangles changes.
+        """
+        device, triangles = self.device, max(self._triangles, 1)
+        self.placing.enqueue(Timeline())
+        chunks = chunk_count(device, triangles)
+        exponents = device.allocate("exponents", (chunks, 256), np.uint32)
+        self._upload.program.launch(
+            "quadric_clustering_setup_exponents", chunks, stage="size", local=chunk_local(device),
+            points=self.points, triangles=self._upload.triangles, exponents=exponents,
+            triangle_count=self._triangles, chunk_count=chunks,
         )(Timeline())  # fmt: skip
-        return self._device.read(result)
+        counts = device.read(exponents).sum(0, dtype=np.float64)
+        area = 3 * float(counts @ np.exp2(np.arange(256) - 126.0))
+        reach = 2 * max(self.grid.extent, 1.0)  # no corner is farther than sqrt(3) extents
+        bounds = (area, area * reach, 3 * triangles * reach)
+        exponent = [np.clip(62 - np.ceil(np.log2(max(b, 1e-30))), -100, 100) for b in bounds]
+        scale_a, scale_b, scale_p = (float(2.0**e) for e in exponent)
+        return scale_a, scale_b, scale_p
+
+    def _prepare_solve(self) -> None:
+        """Pass 2: representatives of all occupied cells."""
+        grid = self.grid
+        solve: dict[str, Any] = {
+            "state": self.state,
+            "solved": self.solved,
+            "chunk_sums": self.chunk_sums,
+            "per_box": 1 / grid.extent if grid.extent else 1.0,
+            "placement": PLACEMENTS[self.params.placement],
+            "capacity": self.capacity,
+        }
+        if self.private:
+            solve |= {"maps": self.sums, "map_count": self.params.chunks}
+        else:
+            solve |= {"sums": self.sums, "inverse_scale": (*(1 / s for s in self._scale), 0)}
+        kernel = "fragment_solve" if self.private else "fragment_solve_fixed_point"
+        self.add(
+            self.launch(_PREFIX + kernel, self.capacity, "pass_2", **solve),
+            bytes=self.sums.size_bytes,
+            flops=90 * self.occupied,
+        )
 
     def check(self) -> Check:
         """Same triangles as the reference, and each representative as deep in its planes, in cells."""
-        return judge(self.result()[0], simplify(self._upload.mesh, self.params))
+        return judge(self.result()[0], simplify(self._mesh, self.params))
 
-    def counters(self) -> Mapping[str, int | float]:
-        """Sizes in and out, occupied cells, and how the used cells' representatives were placed.
-
-        With a target also `target`, `target_gap` (triangles short of it, negative where there are more),
-        `counting_passes` and `cells_along_longest`.
-        """
-        vertices, triangles = self._live()
-        solved = self._device.read(self._passes.solved, self._passes.occupied)[:, 3]
+    def more_counters(self) -> Mapping[str, int | float]:
+        """As every clustering's, and how the used cells' representatives were placed."""
+        solved = self.device.read(self.solved, self.occupied)[:, 3]
         placed = np.bincount(solved.astype(np.int64), minlength=len(KINDS) + 1)[1:]
-        found: dict[str, int | float] = {}
-        if self._found is not None:
-            found = missed(self._found.target, triangles)
-            found["counting_passes"] = self._found.counts
-            found["cells_along_longest"] = self._found.cells or 0.0
-        return {
-            "vertices": vertices,
-            "triangles": triangles,
-            "vertices_in": self._upload.mesh.vertex_count,
-            "triangles_in": self._upload.mesh.triangle_count,
-            "cells": self.grid.cell_count,
-            "cells_occupied": self._passes.occupied,
-            **{f"placed_{kind}": int(n) for kind, n in zip(KINDS, placed, strict=True)},
-            **found,
-        }
-
-    def _output_bytes(self) -> int:
-        return (
-            self._passes.vertices_out.size_bytes
-            + self._passes.survivors.size_bytes
-            + self._passes.counts.size_bytes
-        )
-
-    def footprint(self) -> Footprint:
-        """Input, room for the output, and everything between."""
-        vertices, triangles = self._live()
-        size = 12 * (vertices + triangles)
-        return Footprint(
-            input_bytes=self._upload.positions.size_bytes + self._upload.triangles.size_bytes,
-            output_bytes=self._output_bytes(),
-            scratch_bytes=self._scratch,
-            stored_vertices=vertices,
-            stored_bytes=size,
-            static_vertices=vertices,
-            static_bytes=size,
-        )
-
-    def traffic(self) -> Mapping[str, Traffic]:
-        """Input and output once, the points written once and read once, each map written and read once."""
-        vertices, triangles = self._live()
-        passes, mesh = self._passes, self._upload.mesh
-        lanes, out = passes.sums.size_bytes, 12 * triangles
-        first = 12 * mesh.vertex_count + 12 * mesh.triangle_count + 32 * mesh.vertex_count + lanes
-        # 70 for a plane and its products, 14 sums at each of 3 corners; a solve is about 90
-        stages = {
-            passes.first: Traffic(first + out * passes.fused, 112 * mesh.triangle_count),
-            "pass_2": Traffic(lanes + 12 * vertices, 90 * passes.occupied),
-        }
-        if not passes.fused:
-            stages["pass_3"] = Traffic(12 * mesh.triangle_count + 4 * mesh.vertex_count + out)
-        return stages
+        kinds = {f"placed_{kind}": int(n) for kind, n in zip(KINDS, placed, strict=True)}
+        return {**super().more_counters(), **kinds}

@@ -21,11 +21,11 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
-from lodbench.kernels.api import Result
 from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image.parameterisation import Level, Mode, Seed, Turn
 from lodbench.kernels.geometry_image.quadtree_lod.host import QuadtreeLod, prepare
 from lodbench.kernels.parameters import Range
+from lodbench.kernels.result import Result
 from lodbench.kernels.system import System, run
 from lodbench.kernels.targets import Target, missed
 
@@ -133,4 +133,5 @@ SYSTEM = System(
         "node": Params(n=6, view="node"),
         "fitted": Params(n=6, placement="fitted", measure="share", target_count=2000),
     },
+    verbs={"simplify": simplify},
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,10 +14,11 @@ from lodbench.kernels.geometry_image import parameterisation
 from lodbench.kernels.geometry_image.quadtree_lod import reference
 from lodbench.kernels.geometry_image.quadtree_lod.tree import FOLDER, Tree
 from lodbench.kernels.geometry_image.quadtree_lod.view import Detail, detail_of
-from lodbench.kernels.program import Launch
+from lodbench.kernels.program import Buffer, Launch
 from lodbench.kernels.stages.scan import ExclusiveScan
 from lodbench.kernels.stages.timeline import Timeline
-from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Traffic
+from lodbench.kernels.subject import POINT, DeviceSubject, Step
+from lodbench.kernels.system import Check, DeviceSurface, Frame, Stored
 
 if TYPE_CHECKING:
     from lodbench.kernels.geometry_image.quadtree_lod import Params
@@ -55,7 +56,7 @@ def image_of(
     return made.image
 
 
-class QuadtreeLod:
+class QuadtreeLod(DeviceSubject):
     """One geometry image; `enqueue` leaves the surface that the frame asks for in `output`.
 
     Without an image there is nothing to draw: no triangles in, no triangles out.
@@ -64,38 +65,42 @@ class QuadtreeLod:
     def __init__(
         self, device: Device, image: GeometryImage | None, params: Params, setup: Timeline
     ) -> None:
-        self._device, self._image, self.params, self.setup = device, image, params, setup
-        self._frame: list[Callable[[Timeline], Any]] = []
+        super().__init__(device, setup)
+        self.image, self.params = image, params
         self.last: Detail | None = None
+        n = 0 if image is None else (image.positions.shape[0] - 1).bit_length() - 1
+        vertices, triangles = (1, 1) if image is None else (4**n + 2, 2 * 4**n)
+        self._positions = self.allocate("positions", (vertices, 3), np.float32, "output")
+        self._normals = self.allocate("normals", (vertices, 3), np.float32, "output")
+        self._triangles = self.allocate("triangles", (triangles, 3), np.uint32, "output")
+        self._counts = self.allocate("counts", 2, np.uint32, "output")
+        self.output = DeviceSurface(
+            self._positions,
+            self._normals,
+            self._triangles,
+            vertices,
+            triangles,
+            counts=self._counts,
+        )
         if image is None:
-            self._allocate_output(1, 1)
             device.fill(Timeline(), "upload", self._counts, 0)
             return
-        before = device.used_bytes
-        self.tree = Tree(device, image, params.placement, params.measure, setup)
-        self._n = self.tree.n
-        self._size = self.tree.diagonal * self.tree.scale  # the diagonal in the tree's units
+        tree = self.tree = Tree(device, image, params.placement, params.measure, setup)
+        self.hold("input", tree.positions, tree.normals)
+        self.hold("pattern", tree.levels, tree.errors, tree.bounds)
+        self._size = tree.diagonal * tree.scale  # the diagonal in the tree's units
         self.threshold = params.threshold * self._size
-        self._allocate_output(4**self._n + 2, 2 * 4**self._n)
         with setup.host("build"):
             self._make_frame()
-        held = self.tree.input_bytes + self.tree.tree_bytes + self._output_bytes()
-        self._scratch = device.used_bytes - before - held
         with setup.host("first_launch"):
-            self._first_frames()
+            self._draw(Detail())
+            device.wait()
         if params.target_count is not None:
             with setup.host("search"):
                 self.threshold = self._search(params.target_count)
 
-    def _allocate_output(self, vertices: int, triangles: int) -> None:
-        device = self._device
-        self._out_positions = device.allocate("positions", (vertices, 3), np.float32)
-        self._out_normals = device.allocate("normals", (vertices, 3), np.float32)
-        self._out_triangles = device.allocate("triangles", (triangles, 3), np.uint32)
-        self._counts = device.allocate("counts", 2, np.uint32)
-
     def _make_frame(self) -> None:
-        device, tree = self._device, self.tree
+        device, tree = self.device, self.tree
         n, side = tree.n, tree.side
         run = min(CPU_RUN, 1 << n) if device.is_cpu and n >= 4 else 1
         local = min(CPU_GROUP, device.local_size) if run > 1 else None
@@ -111,78 +116,79 @@ class QuadtreeLod:
             )
 
         samples, node_runs, row_runs = side * side, tree.texels // run, side * ((1 << n) // run)
-        states = self._states = device.allocate("states", tree.texels, np.uint8)
-        flags = self._flags = device.allocate("flags", samples, np.uint8)
-        ranks = self._ranks = device.allocate("ranks", samples, np.uint32)
+        states = self._states = self.allocate("states", tree.texels, np.uint8)
+        flags = self._flags = self.allocate("flags", samples, np.uint8)
+        ranks = self._ranks = self.allocate("ranks", samples, np.uint32)
         node_counts, node_offsets, row_counts, row_offsets = (
-            device.allocate(name, rows, np.uint32)
+            self.allocate(name, rows, np.uint32)
             for name, rows in (
                 ("node_counts", node_runs), ("node_offsets", node_runs),
                 ("row_counts", row_runs), ("row_offsets", row_runs),
             )
         )  # fmt: skip
-        total = device.allocate("total", 1, np.uint32)
+        total = self.allocate("total", 1, np.uint32)
+        upper = tree.texels // 3
         self._filter = launch(
             "fragment_filter", node_runs, "filter", errors=tree.errors, bounds=tree.bounds,
             states=states, eye_scale=(0, 0, 0, 0), near_slack=(0, 0), threshold=0.0,
         )  # fmt: skip
         marked: dict[str, Any] = {"states": states, "flags": flags}
-        self._frame = [
+        self.add(self._filter, lambda own: 4 * upper + tree.texels + 16 * upper * own._per_node)
+        self.add(
             launch("geometry_mark", row_runs, "mark", run_counts=row_counts, **marked),
-            ExclusiveScan(device, row_counts, row_offsets, total, stage="scan"),
+            upper + samples,
+        )
+        self._add_scan(row_counts, row_offsets, total)
+        self.add(
             launch(
                 "vertex", row_runs, "vertex", flags=flags, image=tree.positions,
                 image_normals=tree.normals, states=states, levels=tree.levels,
-                offsets=row_offsets, ranks=ranks, positions=self._out_positions,
-                normals=self._out_normals, counts=self._counts,
+                offsets=row_offsets, ranks=ranks, positions=self._positions,
+                normals=self._normals, counts=self._counts,
                 fitted=int(self.params.placement == "fitted"),
             ),
+            lambda own: 2 * samples + 52 * own.live()[0],
+        )  # fmt: skip
+        self.add(
             launch("geometry_count", node_runs, "count", run_counts=node_counts, **marked),
-            ExclusiveScan(device, node_counts, node_offsets, total, stage="scan"),
+            tree.texels,
+        )
+        self._add_scan(node_counts, node_offsets, total)
+        self.add(
             launch(
                 "geometry_emit", node_runs, "emit", ranks=ranks, offsets=node_offsets,
-                triangles=self._out_triangles, counts=self._counts, **marked,
+                triangles=self._triangles, counts=self._counts, **marked,
             ),
-        ]  # fmt: skip
+            lambda own: tree.texels + 4 * own.live()[0] + POINT * own.live()[1],
+        )  # fmt: skip
 
-    def _first_frames(self) -> None:
-        """Each kernel once, since the driver compiles at the first launch."""
-        self._draw(Detail(), Timeline())
-        self._device.wait()
-        self.last = None
+    def _add_scan(self, counts: Buffer, offsets: Buffer, total: Buffer) -> None:
+        with self.holding("scratch"):
+            self.add(ExclusiveScan(self.device, counts, offsets, total), stage="scan")
 
     @property
-    def output(self) -> DeviceSurface:
-        """The last frame's surface; its room is that of the full image."""
-        return DeviceSurface(
-            positions=self._out_positions,
-            normals=self._out_normals,
-            triangles=self._out_triangles,
-            vertex_count=self._out_positions.shape[0],
-            triangle_count=self._out_triangles.shape[0],
-            counts=self._counts,
-        )
+    def _per_node(self) -> bool:
+        """Did the last frame ask each node for an error of its own?"""
+        return self.last is not None and self.last.per_node
 
-    def enqueue(self, frame: Frame, timeline: Timeline) -> None:
-        """Filter, mark, count, scan, vertices, triangles; never waits."""
-        if self._image is not None:
-            self._draw(detail_of(self.tree, self.params, self.threshold, frame.view), timeline)
+    def steps(self, frame: Frame) -> Sequence[Step]:
+        """Filter, mark, count, scan, vertices, triangles, at the detail that the frame's view asks for."""
+        if self.image is not None:
+            self._aim(detail_of(self.tree, self.params, self.threshold, frame.view))
+        return self._steps
 
-    def _draw(self, detail: Detail, timeline: Timeline) -> None:
+    def _aim(self, detail: Detail) -> None:
+        """Have the steps draw this detail."""
         self.last = detail
         self._filter.set(
             threshold=detail.threshold, eye_scale=detail.eye_scale, near_slack=detail.near_slack
         )
-        self._filter(timeline)
-        for step in self._frame:
-            step(timeline)
 
-    def _live(self) -> tuple[int, int]:
-        """Vertices and triangles of the last frame; one is run when there was none."""
-        if self._image is not None and self.last is None:
-            self.enqueue(Frame(), Timeline())
-        vertices, triangles = self._device.read(self._counts)
-        return int(vertices), int(triangles)
+    def _draw(self, detail: Detail) -> None:
+        """The steps at this detail, outside any frame."""
+        self._aim(detail)
+        for step in self._steps:
+            step.enqueue(Timeline())
 
     def _search(self, target: int) -> float:
         """The smallest threshold with at most `target` triangles, among the nodes' own errors; the tree's units."""
@@ -194,87 +200,46 @@ class QuadtreeLod:
         low, high = 0, len(steps) - 1
         while low < high:
             middle = (low + high) // 2
-            self._draw(Detail(float(steps[middle])), Timeline())
-            if self._live()[1] <= target:
+            self._draw(Detail(float(steps[middle])))
+            if int(self.device.read(self._counts)[1]) <= target:
                 high = middle
             else:
                 low = middle + 1
-        self.last = None
         return float(steps[low])
 
     @property
     def states(self) -> list[NDArray[np.uint8]]:
         """Per depth, the last frame's states: 0 too coarse, 1 nothing to draw, 2 drawn."""
-        return reference.unpack(self._device.read(self._states), self._n)
-
-    def result(self) -> Sequence[TriangleMesh]:
-        """The last frame's surface, with normals."""
-        vertices, triangles = self._live()
-        return [
-            TriangleMesh(
-                self._device.read(self._out_positions, vertices),
-                self._device.read(self._out_triangles, triangles),
-                self._device.read(self._out_normals, vertices),
-            )
-        ]
+        self.live()
+        return reference.unpack(self.device.read(self._states), self.tree.n)
 
     def check(self) -> Check:
         """Errors against float64, and the last frame's triangles against the reference at the same detail."""
+        self.live()
         return reference.judge(self)
 
-    @property
-    def image(self) -> GeometryImage | None:
-        """What is drawn; None when the input had no triangles."""
-        return self._image
-
-    def counters(self) -> Mapping[str, int | float]:
-        """What the last frame drew."""
-        vertices, triangles = self._live()
-        if self._image is None:
-            return {"vertices": 0, "triangles": 0}
+    def more_counters(self) -> Mapping[str, int | float]:
+        """Nodes drawn, the leaves among them, the image's size and the threshold, in diagonals."""
+        if self.image is None:
+            return {}
         drawn = [int((level == 2).sum()) for level in self.states]
         return {
-            "vertices": vertices,
-            "triangles": triangles,
             "nodes": sum(drawn),
             "leaves": drawn[-1],
-            "n": self._n,
+            "n": self.tree.n,
             "samples": self.tree.side**2,
             "threshold": self.threshold / (self._size or 1.0),
         }
 
-    def _output_bytes(self) -> int:
-        buffers = (self._out_positions, self._out_normals, self._out_triangles, self._counts)
-        return sum(buffer.size_bytes for buffer in buffers)
-
-    def footprint(self) -> Footprint:
+    def stored(self) -> Stored:
         """Stored is the image with its tree; a static buffer holds the full image's vertices and triangles."""
-        if self._image is None:
-            return Footprint()
-        vertices = 4**self._n + 2
-        return Footprint(
-            input_bytes=self.tree.input_bytes,
-            pattern_bytes=self.tree.tree_bytes,
-            output_bytes=self._output_bytes(),
-            scratch_bytes=self._scratch,
+        if self.image is None:
+            return Stored(0, 0, 0, 0)
+        assert self.output is not None
+        vertices, triangles = self.output.vertex_count, self.output.triangle_count
+        return Stored(
             stored_vertices=self.tree.side**2,
-            stored_bytes=self.tree.input_bytes + self.tree.tree_bytes,
+            stored_bytes=self._bytes["input"] + self._bytes["pattern"],
             static_vertices=vertices,
-            static_bytes=24 * vertices + 24 * 4**self._n,
+            static_bytes=2 * POINT * vertices + POINT * triangles,
         )
-
-    def traffic(self) -> Mapping[str, Traffic]:
-        """Each packed texel and sample once per stage that looks at it; vertices and triangles once."""
-        if self._image is None:
-            return {}
-        vertices, triangles = self._live()
-        samples, texels = self.tree.side**2, self.tree.texels
-        upper = texels // 3
-        bound = 16 * upper if self.last is not None and self.last.per_node else 0
-        return {
-            "filter": Traffic(4 * upper + bound + texels),
-            "mark": Traffic(upper + samples),
-            "count": Traffic(texels),
-            "vertex": Traffic(2 * samples + 52 * vertices),
-            "emit": Traffic(texels + 4 * vertices + 12 * triangles),
-        }

@@ -52,11 +52,9 @@ class Tree:
         self.low, self.high = flat.min(0).astype(np.float64), flat.max(0).astype(np.float64)
         self.diagonal = float(np.linalg.norm(self.high - self.low))
         self.scale = unit_scale(self.diagonal)
-        before = device.used_bytes
         with setup.host("upload"):
             self.positions = device.upload("image", flat)
             self.normals = device.upload("image_normals", image.normals.reshape(-1, 3))
-        self.input_bytes = device.used_bytes - before
         with setup.host("fit" if placement == "fitted" else "quadtree"):
             self.places = pyramid(image, placement)
         with setup.host("quadtree"):
@@ -70,7 +68,6 @@ class Tree:
             self.bounds = device.allocate("bounds", (4, self.texels // 3), np.float32)
             self._make()
             device.wait()
-        self.tree_bytes = device.used_bytes - before - self.input_bytes
 
     def _make(self) -> None:
         device, none = self._device, Timeline()

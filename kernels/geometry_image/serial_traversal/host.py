@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.geometry_image.quadtree_lod import reference
@@ -14,7 +12,8 @@ from lodbench.kernels.geometry_image.quadtree_lod.host import QuadtreeLod, image
 from lodbench.kernels.geometry_image.quadtree_lod.view import Detail
 from lodbench.kernels.geometry_image.serial_traversal.reference import differing
 from lodbench.kernels.stages.timeline import Timeline
-from lodbench.kernels.system import Check, Traffic
+from lodbench.kernels.subject import POINT, WORD
+from lodbench.kernels.system import Check
 
 if TYPE_CHECKING:
     from lodbench.kernels.geometry_image.quadtree_lod import Params
@@ -41,20 +40,27 @@ class SerialTraversal(QuadtreeLod):
 
     def _make_frame(self) -> None:
         super()._make_frame()
-        device, tree = self._device, self.tree
-        self._walk = device.build("geometry_image/serial_traversal/geometry.cl").launch(
+        device, tree = self.device, self.tree
+        self._steps.clear()
+        self._filter = device.build("geometry_image/serial_traversal/geometry.cl").launch(
             "serial_traversal_geometry", 1, stage="traversal", local=1,
             errors=tree.errors, image=tree.positions, image_normals=tree.normals,
-            flags=self._flags, ranks=self._ranks, positions=self._out_positions,
-            normals=self._out_normals, triangles=self._out_triangles, counts=self._counts,
+            flags=self._flags, ranks=self._ranks, positions=self._positions,
+            normals=self._normals, triangles=self._triangles, counts=self._counts,
             threshold=0.0, n=tree.n,
         )  # fmt: skip
+        self.fill("traversal", self._flags, 0)
+        self.add(self._filter, SerialTraversal._moved)
 
-    def _draw(self, detail: Detail, timeline: Timeline) -> None:
+    def _moved(self) -> int:
+        """Flags cleared, errors of the nodes visited, vertices and triangles written."""
+        vertices, triangles = self.live()
+        visited = 4 * WORD * triangles // 3
+        return self.tree.side**2 + 2 * visited + 52 * vertices + POINT * triangles
+
+    def _aim(self, detail: Detail) -> None:
         self.last = detail
-        self._device.fill(timeline, "traversal", self._flags, 0)
-        self._walk.set(threshold=detail.threshold)
-        self._walk(timeline)
+        self._filter.set(threshold=detail.threshold)
 
     def check(self) -> Check:
         """Triangles that the reference lacks, or has beyond these."""
@@ -68,16 +74,6 @@ class SerialTraversal(QuadtreeLod):
         wrong = differing(mesh, expected)
         return Check(wrong == 0, what, float(wrong), 0.0)
 
-    def counters(self) -> Mapping[str, int | float]:
-        """What the last frame drew."""
-        vertices, triangles = self._live()
-        return {"vertices": vertices, "triangles": triangles}
-
-    def traffic(self) -> Mapping[str, Traffic]:
-        """Errors of the nodes visited, flags cleared, vertices and triangles written."""
-        if self.image is None:
-            return {}
-        vertices, triangles = self._live()
-        visited = 4 * np.dtype(np.float32).itemsize * triangles // 3
-        size = self.tree.side**2 + 2 * visited + 52 * vertices + 12 * triangles
-        return {"traversal": Traffic(size)}
+    def more_counters(self) -> Mapping[str, int | float]:
+        """None: the nodes are not kept."""
+        return {}

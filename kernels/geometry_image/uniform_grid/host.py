@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +14,8 @@ from lodbench.kernels.geometry_image.parameterisation import topology
 from lodbench.kernels.geometry_image.quadtree_lod.host import image_of
 from lodbench.kernels.geometry_image.uniform_grid.reference import grid
 from lodbench.kernels.stages.timeline import Timeline
-from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Traffic
+from lodbench.kernels.subject import POINT, DeviceSubject
+from lodbench.kernels.system import Check, DeviceSurface
 
 if TYPE_CHECKING:
     from lodbench.kernels.geometry_image.uniform_grid import Params
@@ -35,13 +36,13 @@ def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) 
     return UniformGrid(device, image, params, setup)
 
 
-class UniformGrid:
-    """One grid, stored."""
+class UniformGrid(DeviceSubject):
+    """One grid, stored; no view changes what is drawn."""
 
     def __init__(
         self, device: Device, image: GeometryImage | None, params: Params, setup: Timeline
     ) -> None:
-        self._device, self.setup = device, setup
+        super().__init__(device, setup)
         self.cells = 0
         self._expected = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int), np.zeros((0, 3)))
         if image is not None:
@@ -53,51 +54,26 @@ class UniformGrid:
         made = self._expected
         with setup.host("upload"):
             assert made.normals is not None
-            self._stored = [
-                device.upload(name, rows)
-                for name, rows in (
-                    ("stored_positions", made.positions), ("stored_normals", made.normals),
-                )
-            ]  # fmt: skip
-            self._triangles = device.upload("triangles", made.triangles)
-        self._positions = device.allocate("positions", made.positions.shape, np.float32)
-        self._normals = device.allocate("normals", made.positions.shape, np.float32)
+            stored_positions = self.upload("stored_positions", made.positions)
+            stored_normals = self.upload("stored_normals", made.normals)
+            triangles = self.upload("triangles", made.triangles)
+        positions = self.allocate("positions", made.positions.shape, np.float32, "output")
+        normals = self.allocate("normals", made.positions.shape, np.float32, "output")
+        vertices = made.vertex_count
+        self.output = DeviceSurface(positions, normals, triangles, vertices, made.triangle_count)
         chunk = CPU_CHUNK if device.is_cpu else GPU_CHUNK
-        floats = made.positions.size
         with setup.host("build"):
             program = device.build(
                 "geometry_image/uniform_grid/vertex.cl", defines={"CHUNK": chunk}
             )
-        self._launch = program.launch(
-            "uniform_grid_vertex", -(-floats // chunk), stage="vertex",
-            local=1 if device.is_cpu else None, stored_positions=self._stored[0],
-            stored_normals=self._stored[1], positions=self._positions, normals=self._normals,
-            float_count=floats,
+        launch = program.launch(
+            "uniform_grid_vertex", -(-3 * vertices // chunk), stage="vertex",
+            local=1 if device.is_cpu else None, stored_positions=stored_positions,
+            stored_normals=stored_normals, positions=positions, normals=normals,
+            float_count=3 * vertices,
         )  # fmt: skip
-        with setup.host("first_launch"):
-            self._launch(Timeline())
-            device.wait()
-
-    @property
-    def output(self) -> DeviceSurface:
-        """The grid's surface."""
-        vertices, triangles = self._positions.shape[0], self._triangles.shape[0]
-        return DeviceSurface(self._positions, self._normals, self._triangles, vertices, triangles)
-
-    def enqueue(self, frame: Frame, timeline: Timeline) -> None:
-        """Every vertex passed through; no view changes what is stored."""
-        self._launch(timeline)
-
-    def result(self) -> Sequence[TriangleMesh]:
-        """The grid, with normals."""
-        device = self._device
-        return [
-            TriangleMesh(
-                device.read(self._positions),
-                device.read(self._triangles),
-                device.read(self._normals),
-            )
-        ]
+        self.add(launch, bytes=4 * POINT * vertices)
+        self.warm_up()
 
     def check(self) -> Check:
         """Positions, normals and triangles against the stored ones, and what the triangles enclose."""
@@ -112,26 +88,6 @@ class UniformGrid:
         what = "rows that differ from what is stored, and faults of a closed surface"
         return Check(wrong == 0, what, float(wrong), 0.0)
 
-    def counters(self) -> Mapping[str, int | float]:
-        """The grid's size."""
-        mesh = self._expected
-        return {
-            "vertices": mesh.vertex_count, "triangles": mesh.triangle_count, "cells": self.cells,
-        }  # fmt: skip
-
-    def footprint(self) -> Footprint:
-        """All of it is stored."""
-        size = sum(buffer.size_bytes for buffer in (*self._stored, self._triangles))
-        vertices = self._expected.vertex_count
-        return Footprint(
-            input_bytes=size,
-            output_bytes=self._positions.size_bytes + self._normals.size_bytes,
-            stored_vertices=vertices,
-            stored_bytes=size,
-            static_vertices=vertices,
-            static_bytes=size,
-        )
-
-    def traffic(self) -> Mapping[str, Traffic]:
-        """Every vertex is read and written."""
-        return {"vertex": Traffic(48 * self._expected.vertex_count)}
+    def more_counters(self) -> Mapping[str, int | float]:
+        """Cells along a side."""
+        return {"cells": self.cells}

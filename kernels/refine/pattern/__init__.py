@@ -15,12 +15,12 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.api import Result
 from lodbench.kernels.device import Device
 from lodbench.kernels.parameters import Parameters, Range, check
 from lodbench.kernels.refine.lattice import Amplitude, Segments, Waves
 from lodbench.kernels.refine.pattern.host import Pattern, prepare
 from lodbench.kernels.refine.room import check_room
+from lodbench.kernels.result import Result
 from lodbench.kernels.system import Frame, System, run
 
 __all__ = ["Params", "Pattern", "SYSTEM", "refine"]
@@ -102,4 +102,5 @@ SYSTEM = System(
         "per_triangle_128": Params(128, draw="per_triangle"),
         "levels_64": Params(64, levels=7),
     },
+    verbs={"refine": refine},
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,9 +19,11 @@ from lodbench.kernels.refine.lattice import (
 )
 from lodbench.kernels.refine.launching import LINE, VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.pattern.attributes import canonical, corner_attributes
+from lodbench.kernels.refine.pattern.levels import Batch, Level
 from lodbench.kernels.refine.pattern.reference import Wave, largest_error
 from lodbench.kernels.stages.timeline import Timeline
-from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Traffic
+from lodbench.kernels.subject import DeviceSubject, Step
+from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Stored
 
 if TYPE_CHECKING:
     from lodbench.kernels.program import Launch, Program
@@ -29,30 +31,6 @@ if TYPE_CHECKING:
 
 TOLERANCE = 2e-6  # a dozen float32 roundings, relative to the largest operand
 CHECKED = 64  # coarse triangles that a check looks at
-
-
-@dataclass
-class _Batch:
-    """The coarse triangles from `first` on that one pass over the output holds."""
-
-    first: int
-    count: int
-    launches: list[Launch] = field(default_factory=list)
-
-
-@dataclass
-class _Level:
-    """One pattern on the device, and the launches that draw the mesh with it."""
-
-    segments: int
-    weights: Buffer  # planes of u and v, float [2, stride]
-    triangles: Buffer
-    surface: DeviceSurface
-    batches: list[_Batch] = field(default_factory=list)
-
-    @property
-    def vertices(self) -> int:
-        return lattice_vertex_count(self.segments)
 
 
 def _joined(parts: Sequence[Floats]) -> Floats:
@@ -69,49 +47,54 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Pattern:
     return Pattern(device, mesh, params)
 
 
-class Pattern:
+class Pattern(DeviceSubject):
     """A mesh under generic refinement: see `lodbench.kernels.refine.pattern`."""
 
     def __init__(self, device: Device, mesh: TriangleMesh, params: Params) -> None:
-        self._device, self._mesh, self._params = device, canonical(mesh), params
-        self.setup = Timeline()
+        super().__init__(device)
+        self._mesh, self._params = canonical(mesh), params
         self._corners = corner_attributes(self._mesh)
         self._diagonal = min(max(mesh.diagonal, 2.0**-126), 3.4e38)  # finite, and its inverse
         away = float(np.abs(mesh.positions).max(initial=0))
         self._wave_unit = max(self._diagonal, 2.0**-40 * away)  # squares of distances are finite
         count = mesh.triangle_count
         with self.setup.host("upload"):
-            self._attributes = device.upload("corners", self._corners, np.float32, (None, 19))
+            self._attributes = self.upload("corners", self._corners, np.float32, (None, 19))
             patterns = [self._upload(params.segments >> k) for k in range(params.levels)]
         finest = lattice_vertex_count(params.segments)
         free = device.memory_limit - device.used_bytes
         largest = device.facts.largest_allocation_bytes
         room = min(free // (VERTEX_BYTES * finest), 2 * largest // (VERTEX_BYTES * finest))
         self._capacity = finest * (min(count, max(room, 1)) if count else 0)
-        self._positions = device.allocate("positions", (self._capacity, 3), np.float32)
-        self._normals = device.allocate("normals", (self._capacity, 3), np.float32)
+        self._allocate_output()
         with self.setup.host("build"):
             defines = kernel_defines(device, VERTEX_BYTES * self._capacity)
             self._chunk = defines["CHUNK"]
             defines["DISPLACED"] = int(params.amplitude != 0)
             program = device.build("refine/pattern/vertex.cl", defines=defines)
         self._levels = [self._level(program, *pattern) for pattern in patterns]
-        self._frame, self._drawn = Frame(), self._levels[0]
         with self.setup.host("first_launch"):
             for level in reversed(self._levels):
-                self._draw(level, Frame(), Timeline())
-            device.wait()
+                for step in level.steps:
+                    step.enqueue(Timeline())
+        self.warm_up()
+
+    def _allocate_output(self) -> None:
+        shape = (self._capacity, 3)
+        self._positions = self.allocate("positions", shape, np.float32, "output")
+        self._normals = self.allocate("normals", shape, np.float32, "output")
 
     def _upload(self, segments: int) -> tuple[int, Buffer, Buffer]:
         """A pattern's weights, padded so that a vector may begin at its last vertex, and its triangles."""
         count = lattice_vertex_count(segments)
         planes = np.zeros((2, -(-count // LINE) * LINE + LINE), np.float32)
         planes[:, :count] = lattice_weights(segments).T[1:]
-        weights = self._device.upload("pattern", planes, np.float32, (2, None))
-        triangles = self._device.upload("triangles", lattice_triangles(segments), np.uint32)
+        weights = self.upload("pattern", planes, np.float32, (2, None), "pattern")
+        indices = lattice_triangles(segments)
+        triangles = self.upload("triangles", indices, np.uint32, role="pattern")
         return segments, weights, triangles
 
-    def _level(self, program: Program, segments: int, weights: Buffer, triangles: Buffer) -> _Level:
+    def _level(self, program: Program, segments: int, weights: Buffer, triangles: Buffer) -> Level:
         total, vertices = self._mesh.triangle_count, lattice_vertex_count(segments)
         surface = DeviceSurface(
             self._positions,
@@ -122,19 +105,29 @@ class Pattern:
             instances=total,
             instance_vertices=vertices,
         )
-        level = _Level(segments, weights, triangles, surface)
+        level = Level(segments, weights, triangles, surface)
         each = max(self._capacity // vertices, 1)
         for first in range(0, total, each):
-            batch = _Batch(first, min(each, total - first))
+            batch = Batch(first, min(each, total - first))
             level.batches.append(batch)
             batch.launches = (
                 [self._batched(program, level, batch)]
                 if self._params.draw == "batched"
                 else [self._single(program, level, t, batch) for t in range(batch.count)]
             )
+            batch.steps = [self._step(level, batch, launch) for launch in batch.launches]
         return level
 
-    def _arguments(self, level: _Level) -> dict[str, Any]:
+    def _step(self, level: Level, batch: Batch, launch: Launch) -> Step:
+        """The output must be written, attributes and pattern read once; operations are counted from the kernel."""
+        triangles = batch.count // len(batch.launches)
+        first = launch is level.batches[0].launches[0]
+        size = (VERTEX_BYTES * level.vertices + 4 * self._corners.shape[1]) * triangles
+        flops = 34 + (90 if self._params.amplitude else 0)
+        pattern = 8 * level.vertices if first else 0
+        return Step(launch, launch.stage, size + pattern, flops * level.vertices * triangles)
+
+    def _arguments(self, level: Level) -> dict[str, Any]:
         return {
             "pattern": level.weights,
             "positions": self._positions,
@@ -145,20 +138,20 @@ class Pattern:
             "pattern_vertices": level.vertices,
         }
 
-    def _batched(self, program: Program, level: _Level, batch: _Batch) -> Launch:
+    def _batched(self, program: Program, level: Level, batch: Batch) -> Launch:
         vertex_count = batch.count * level.vertices
         return program.launch(
             "pattern_vertex_batched",
             -(-vertex_count // self._chunk),
             stage="vertex",
-            local=group_size(self._device),
+            local=group_size(self.device),
             corners=self._attributes,
             first_triangle=batch.first,
             vertex_count=vertex_count,
             **self._arguments(level),
         )
 
-    def _single(self, program: Program, level: _Level, place: int, batch: _Batch) -> Launch:
+    def _single(self, program: Program, level: Level, place: int, batch: Batch) -> Launch:
         first = place * level.vertices
         corners = self._corners[batch.first + place]
         points, normals = corners[:9].reshape(3, 3), corners[9:18].reshape(3, 3)
@@ -166,7 +159,7 @@ class Pattern:
             "pattern_vertex_single",
             (first + level.vertices - 1) // self._chunk - first // self._chunk + 1,
             stage="vertex",
-            local=group_size(self._device),
+            local=group_size(self.device),
             first_vertex=first,
             **{f"p{k}": (*points[k], corners[18]) for k in range(3)},
             **{f"n{k}": (*normals[k], 0) for k in range(3)},
@@ -178,7 +171,7 @@ class Pattern:
         params = self._params
         return params.amplitude * self._diagonal, params.waves, -(time % 1.0), 1 / self._wave_unit
 
-    def _choose(self, frame: Frame) -> _Level:
+    def _choose(self, frame: Frame) -> Level:
         """The finest level within `near`, one coarser for each doubling of the eye's distance from the box."""
         if frame.view is None:
             return self._levels[0]
@@ -188,38 +181,30 @@ class Pattern:
         halvings = int(np.floor(np.log2(max(distance / self._params.near, 1.0))))
         return self._levels[min(halvings, len(self._levels) - 1)]
 
-    def _draw(self, level: _Level, frame: Frame, timeline: Timeline) -> None:
-        self._frame, self._drawn = frame, level
-        for batch in level.batches:
-            self._run(batch, timeline)
+    def steps(self, frame: Frame) -> Sequence[Step]:
+        """The pattern of the frame's level over all coarse triangles; no surface where it did not fit at once."""
+        level, self._time = self._choose(frame), frame.time
+        self._drawn = level
+        self.output = level.surface if len(level.batches) <= 1 else None
+        if self._params.amplitude:
+            for batch in level.batches:
+                for launch in batch.launches:
+                    launch.set(wave=self._wave(frame.time))
+        return level.steps
 
-    def _run(self, batch: _Batch, timeline: Timeline) -> None:
-        for launch in batch.launches:
-            if self._params.amplitude:
-                launch.set(wave=self._wave(self._frame.time))
-            launch(timeline)
-
-    @property
-    def output(self) -> DeviceSurface | None:
-        """The last frame's surface; None where it did not fit and was made in batches."""
-        return self._drawn.surface if len(self._drawn.batches) <= 1 else None
-
-    def enqueue(self, frame: Frame, timeline: Timeline) -> None:
-        """Draw the pattern of the frame's level over all coarse triangles."""
-        self._draw(self._choose(frame), frame, timeline)
-
-    def _read(self) -> Iterator[tuple[_Batch, Floats, Floats]]:
+    def _read(self) -> Iterator[tuple[Batch, Floats, Floats]]:
         """Points and normals batch by batch, (count, pattern vertices, 3) each; several are run again."""
         level = self._drawn
         for batch in level.batches:
             if len(level.batches) > 1:
-                self._run(batch, Timeline())
+                for step in batch.steps:
+                    step.enqueue(Timeline())
             rows = batch.count * level.vertices
             shape = (batch.count, level.vertices, 3)
             yield (
                 batch,
-                self._device.read(self._positions, rows).reshape(shape),
-                self._device.read(self._normals, rows).reshape(shape),
+                self.device.read(self._positions, rows).reshape(shape),
+                self.device.read(self._normals, rows).reshape(shape),
             )
 
     def result(self) -> Sequence[TriangleMesh]:
@@ -244,7 +229,7 @@ class Pattern:
         """Points and normals of some coarse triangles, spread over the mesh, against float64."""
         total = self._mesh.triangle_count
         chosen = np.unique(np.linspace(0, max(total - 1, 0), min(CHECKED, total)).astype(np.int64))
-        amplitude, waves, phase, inverse = self._wave(self._frame.time)
+        amplitude, waves, phase, inverse = self._wave(self._time)
         wave = Wave(amplitude, 2 * np.pi * waves * inverse, 2 * np.pi * phase)
         worst = 0.0
         for batch, positions, normals in self._read():
@@ -262,37 +247,30 @@ class Pattern:
         )
         return Check(worst <= TOLERANCE, what, worst, TOLERANCE)
 
-    def counters(self) -> Mapping[str, int | float]:
-        """What the last frame made, and the vertices that stay stored as the paper counts them: a square grid's."""
-        surface, segments = self._drawn.surface, self._drawn.segments
+    def live(self) -> tuple[int, int]:
+        """Vertices and triangles of the last frame's surface, whether it fitted at once or not."""
+        return self._drawn.surface.vertex_count, self._drawn.surface.triangle_count
+
+    def more_counters(self) -> Mapping[str, int | float]:
+        """The coarse mesh, the level, and the vertices that stay stored as the paper counts them: a square grid's."""
+        segments = self._drawn.segments
         return {
-            "vertices": surface.vertex_count,
-            "triangles": surface.triangle_count,
             "coarse_triangles": self._mesh.triangle_count,
             "segments": segments,
             "vertices_square_grid": (segments + 1) ** 2,
-            "launches": sum(len(batch.launches) for batch in self._drawn.batches),
+            "launches": len(self._drawn.steps),
         }
 
-    def footprint(self) -> Footprint:
+    def stored(self) -> Stored:
         """Stored are the patterns and the coarse attributes; a static buffer stores every vertex and index."""
-        patterns = sum(level.weights.size_bytes for level in self._levels)
-        patterns += sum(level.triangles.size_bytes for level in self._levels)
-        surface = self._drawn.surface
-        return Footprint(
-            input_bytes=self._corners.nbytes,
-            pattern_bytes=patterns,
-            output_bytes=self._positions.size_bytes + self._normals.size_bytes,
-            batches=max(len(self._drawn.batches), 1),
+        vertices, triangles = self.live()
+        return Stored(
             stored_vertices=sum(level.vertices for level in self._levels),
-            stored_bytes=patterns + self._corners.nbytes,
-            static_vertices=surface.vertex_count,
-            static_bytes=VERTEX_BYTES * surface.vertex_count + 12 * surface.triangle_count,
+            stored_bytes=self._bytes["pattern"] + self._bytes["input"],
+            static_vertices=vertices,
+            static_bytes=VERTEX_BYTES * vertices + 12 * triangles,
         )
 
-    def traffic(self) -> Mapping[str, Traffic]:
-        """The output must be written, pattern and attributes read once; operations are counted from the kernel."""
-        vertices = self._drawn.surface.vertex_count
-        flops = 34 + (90 if self._params.amplitude else 0)
-        read = self._corners.nbytes + 8 * self._drawn.vertices
-        return {"vertex": Traffic(VERTEX_BYTES * vertices + read, flops * vertices)}
+    def footprint(self) -> Footprint:
+        """As every subject's, in so many batches."""
+        return replace(super().footprint(), batches=max(len(self._drawn.batches), 1))

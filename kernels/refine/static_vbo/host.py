@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -11,8 +11,8 @@ from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.refine import pattern
 from lodbench.kernels.refine.launching import VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.pattern.host import Pattern
-from lodbench.kernels.stages.timeline import Timeline
-from lodbench.kernels.system import Footprint, Frame, Traffic
+from lodbench.kernels.subject import Step
+from lodbench.kernels.system import Frame, Stored
 
 if TYPE_CHECKING:
     from lodbench.kernels.refine.static_vbo import Params
@@ -35,7 +35,6 @@ class StaticVbo(Pattern):
 
     def __init__(self, device: Device, mesh: TriangleMesh, params: Params) -> None:
         made = pattern.Params(params.segments, amplitude=params.amplitude, waves=params.waves)
-        self._launch = None
         super().__init__(device, mesh, made)
         level = self._levels[0]
         vertices = level.surface.vertex_count
@@ -44,18 +43,16 @@ class StaticVbo(Pattern):
                 f"needs {VERTEX_BYTES * vertices:,} bytes of device memory to store the surface, "
                 f"device has room for {VERTEX_BYTES * self._capacity:,}"
             )
-        making = Timeline()
-        with self.setup.host("store"):
-            self._draw(level, Frame(), making)
-            device.wait()
+        self.setup.stage_s["store"] = self.setup.stage_s.pop("first_launch")  # the pattern's
         stored_positions, stored_normals = self._positions, self._normals
-        self._positions = device.allocate("positions", (self._capacity, 3), "f4")
-        self._normals = device.allocate("normals", (self._capacity, 3), "f4")
+        self._bytes["input"] = self._bytes.pop("output")
+        self._allocate_output()
         level.surface = replace(level.surface, positions=self._positions, normals=self._normals)
+        self.output = level.surface
         defines = kernel_defines(device, VERTEX_BYTES * vertices)
         with self.setup.host("build"):
             program = device.build("refine/static_vbo/vertex.cl", defines=defines)
-        self._launch = program.launch(
+        launch = program.launch(
             "static_vbo_vertex",
             -(-vertices // defines["CHUNK"]),
             stage="vertex",
@@ -66,33 +63,23 @@ class StaticVbo(Pattern):
             normals=self._normals,
             vertex_count=vertices,
         )
-        with self.setup.host("first_launch"):
-            self.enqueue(Frame(), Timeline())
-            device.wait()
+        if vertices:
+            self.add(launch, bytes=2 * VERTEX_BYTES * vertices)
+        self.warm_up()
 
-    def enqueue(self, frame: Frame, timeline: Timeline) -> None:
-        """Pass every stored vertex through; neither the eye nor time changes what is stored."""
-        if self._launch is not None and self._drawn.surface.vertex_count:
-            self._launch(timeline)
+    def steps(self, frame: Frame) -> Sequence[Step]:
+        """Every stored vertex passed through; neither the eye nor time changes what is stored."""
+        return self._steps if self._steps else super().steps(frame)
 
-    def counters(self) -> Mapping[str, int | float]:
-        """What the frame made, and the vertices stored as the paper counts them: a square grid's per triangle."""
-        found = dict(super().counters())
-        return found | {
-            "vertices_square_grid": found["vertices_square_grid"] * self._mesh.triangle_count
-        }
+    def more_counters(self) -> Mapping[str, int | float]:
+        """As the pattern's; the vertices stored as the paper counts them are a square grid's per triangle."""
+        found = dict(super().more_counters())
+        found["vertices_square_grid"] *= self._mesh.triangle_count
+        return found
 
-    def footprint(self) -> Footprint:
+    def stored(self) -> Stored:
         """Stored are all vertices, with an index list of all triangles."""
-        made = super().footprint()
-        stored = VERTEX_BYTES * made.static_vertices
+        static = super().stored()
         return replace(
-            made,
-            input_bytes=stored,
-            stored_vertices=made.static_vertices,
-            stored_bytes=made.static_bytes,
+            static, stored_vertices=static.static_vertices, stored_bytes=static.static_bytes
         )
-
-    def traffic(self) -> Mapping[str, Traffic]:
-        """Every vertex is read and written."""
-        return {"vertex": Traffic(2 * VERTEX_BYTES * self._drawn.surface.vertex_count)}

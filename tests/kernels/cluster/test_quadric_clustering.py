@@ -9,6 +9,7 @@ from lodbench.kernels.cluster.quadric_clustering.host import prepare
 from lodbench.kernels.cluster.quadric_clustering.judge import judge
 from lodbench.kernels.cluster.quadric_clustering.reference import KINDS, NO_VERTEX, simplify
 from lodbench.kernels.cluster.survivors import FILE
+from lodbench.kernels.cluster.unchanged import without_duplicates
 from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import run
@@ -482,3 +483,28 @@ def test_judge_refuses_other_triangles():
     triangles = reference.mesh.triangles
     for wrong in (triangles[:-1], triangles[::-1], np.roll(triangles, 1, axis=1)):
         assert not judge(TriangleMesh(reference.mesh.positions, wrong), reference).passed
+
+
+def test_fixed_point_holds_many_large_triangles_in_one_cell(device):
+    # 5,000 copies of one corner of the box: sums as large as the scale has to allow for
+    corner = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
+    faces = np.concatenate([np.tile([[1, 2, 3]], (5000, 1)), [[0, 1, 2], [1, 4, 2]]])
+    check = cluster(device, TriangleMesh(corner, faces), cells=2, accumulate="fixed_point").check()
+    assert check.passed, f"{check.what}: {check.value}"
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_first_of_two_triangles_stays_though_another_chunk_meets_its_copy_first(device, way):
+    random = np.random.default_rng(0)
+    cells = random.choice(60**3, 3 * 8200, replace=False)
+    points = np.stack(np.unravel_index(cells, (60, 60, 60)), axis=1) + 0.5
+    points[:2] = (0, 0, 0), (60, 60, 60)
+    faces = np.arange(3 * 8200).reshape(-1, 3)
+    # the second chunk begins with copies of what the first ends with
+    faces[4112:4128] = np.roll(faces[4096:4112][::-1], 1, axis=1)
+    mesh = TriangleMesh(points, faces)
+    kept = cluster(device, mesh, cells=(60, 60, 60), remove_duplicates=True, **WAYS[way])
+    plain = cluster(device, mesh, cells=(60, 60, 60), **WAYS[way]).result()[0]
+    expected = without_duplicates(plain)
+    assert expected.triangle_count == 8200 - 16
+    assert np.array_equal(kept.result()[0].triangles, expected.triangles)

@@ -6,12 +6,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.prepare import search_cells
 from lodbench.kernels.cluster.quadric_clustering import Params, QuadricClustering, simplify
-from lodbench.kernels.cluster.quadric_clustering.host import prepare, search_cells
-from lodbench.kernels.cluster.quadric_clustering.upload import Upload
+from lodbench.kernels.cluster.quadric_clustering.host import prepare
 from lodbench.kernels.cluster.search import find_cells
 from lodbench.kernels.cluster.survivors import DeviceSurvivors, host_survivors
 from lodbench.kernels.cluster.unchanged import without_duplicates
+from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.system import Frame, Timeline, run
 from tests.kernels.cluster.meshes import cube, flat_lattice, sphere, tetrahedron, wavy_sheet
 

@@ -19,6 +19,7 @@ from lodbench.kernels.geometry_image.parameterisation import (
     stars,
     topology,
 )
+from lodbench.kernels.geometry_image.parameterisation.accept import flipped
 from lodbench.kernels.geometry_image.parameterisation.device_stars import DeviceSweep
 from lodbench.kernels.geometry_image.parameterisation.hierarchy import Corners, take_apart
 from lodbench.kernels.geometry_image.parameterisation.locate import Locator
@@ -378,3 +379,9 @@ def test_pictures_span_the_box(device):
 def test_arguments_out_of_range_are_refused(wrong, said):
     with pytest.raises(ValueError, match=said):
         geometry_image(box(), **wrong)
+
+
+def test_triangle_without_area_counts_as_turned_over():
+    sphere = np.array([(1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)])
+    faces = np.array([(0, 1, 2), (0, 2, 1), (0, 1, 1)])
+    assert flipped(sphere, faces).tolist() == [1, 2]

@@ -374,3 +374,20 @@ def test_largest_error_finds_a_wrong_vertex():
         wrong = points.copy()
         wrong[0, 7, 1] += moved
         assert not largest_error(wrong, normals, P, N, Wave(0.1, 3.0, 0.5)) <= 1e-4
+
+
+def test_wave_travels_away_from_the_origin(device):
+    # h(r, t) = h(r - t * length, 0): seen on a flat sheet, whose normals are all one axis
+    mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], [[0, 0, 1]] * 3)
+    options = {"amplitude": 0.01, "waves": 2.0}
+    length, later = mesh.diagonal / 2.0, 0.2
+
+    def heights(time):
+        (made,) = draw(device, mesh, 256, Frame(time=time), **options).result()
+        along = made.positions[np.abs(made.positions[:, 1]) < 1e-7]
+        return along[np.argsort(along[:, 0])].astype(float)
+
+    still, moved = heights(0.0), heights(later)
+    x = moved[:, 0][moved[:, 0] > later * length]
+    expected = np.interp(x - later * length, still[:, 0], still[:, 2])
+    assert np.abs(moved[-len(x) :, 2] - expected).max() < 2e-4 < 0.01 * mesh.diagonal

@@ -123,3 +123,9 @@ def test_compact_refuses_what_it_cannot_move(device):
         Compact(device, flags, total, rows=[(words, triples)])
     with pytest.raises(ValueError, match="of whole 4-byte words"):
         Compact(device, flags, total, rows=[(bytes3, bytes3)])
+
+
+def test_live_rows_above_the_capacity_mean_all_of_them(device):
+    random = np.random.default_rng(1)
+    rows = random.integers(0, 2**32, (18_097, 2), dtype=np.uint32)
+    assert_compacted(device, random.random(18_097) < 0.5, rows, live=18_097 + 1000)

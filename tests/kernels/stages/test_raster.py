@@ -346,8 +346,6 @@ def test_raster_refuses_what_it_cannot_draw(device):
         raster(surface, Frame(), Timeline())
     with pytest.raises(ValueError, match="expected 20 x 20 pixels, got 30 x 20"):
         raster(surface, Frame(pixel_view(30, 20)), Timeline())
-    with pytest.raises(ValueError, match="surface: expected at most 16 vertices, got 18"):
-        raster(upload(device, *soup(1, 6, 20, 20, 5)), Frame(pixel_view(20, 20)), Timeline())
     with pytest.raises(ValueError, match="surface: expected one mesh with no normals, got inst"):
         other = upload(device, *soup(1, 4, 20, 20, 5), instances=2)
         raster(other, Frame(pixel_view(20, 20)), Timeline())
@@ -355,3 +353,14 @@ def test_raster_refuses_what_it_cannot_draw(device):
         Raster(device, surface, 20, 20, Look(values=np.zeros(5, np.float32)))
     with pytest.raises(ValueError, match="count=True"):
         raster.coverage()
+
+
+@pytest.mark.parametrize("large", [8, 1 << 20], ids=["shared by tiles", "by one item"])
+def test_centres_on_left_and_top_edges_belong_to_the_triangle(device, monkeypatch, large):
+    monkeypatch.setattr(raster_module, "LARGE_PIXELS", large)
+    square = [[1.5, 1.5, 0.5], [20.5, 1.5, 0.5], [20.5, 20.5, 0.5], [1.5, 20.5, 0.5]]
+    view = pixel_view(24, 24)
+    counted = drawn(device, upload(device, square, QUAD), view, count=True).coverage()
+    expected = np.zeros((24, 24), int)
+    expected[1:20, 1:20] = 1
+    np.testing.assert_array_equal(counted, expected)

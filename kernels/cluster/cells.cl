@@ -1,4 +1,4 @@
-// Quadric vertex clustering, vertex stage: which grid cell does each vertex fall in, and what is the cell's rank?
+// Vertex clustering, vertex stage: which grid cell does each vertex fall in, and what is the cell's rank?
 //
 // Source    DeCoro & Tatarchuk 2007, slides 11-12 (cluster id); the linear address of a cell is replaced by its rank
 //           among the occupied cells, so that the cluster map holds occupied cells alone
@@ -12,7 +12,7 @@
 //           vertex_map   uint[vertex_count]          the output vertex, or 0xFFFFFFFF
 // Needs     common/chunk.cl common/grid.cl
 
-__kernel void quadric_clustering_vertex_mark(
+__kernel void cluster_cells_mark(
     __global const float *restrict positions,
     __global uchar *restrict marks,
     const float4 low,
@@ -39,7 +39,7 @@ __kernel void quadric_clustering_vertex_mark(
     }
 }
 
-__kernel void quadric_clustering_vertex_count(
+__kernel void cluster_cells_count(
     __global const ulong8 *restrict marks,
     __global ulong2 *restrict words,
     __global uint *restrict chunk_sums,
@@ -63,7 +63,7 @@ __kernel void quadric_clustering_vertex_count(
     chunk_sums[chunk] = sum;
 }
 
-__kernel void quadric_clustering_vertex_rank(
+__kernel void cluster_cells_rank(
     __global const uint *restrict chunk_sums,
     __global ulong2 *restrict words,
     __global uint *restrict state,
@@ -90,7 +90,7 @@ static inline float cell_rank(__global const ulong2 *restrict words, const uint 
     return as_float(rank < capacity ? rank : capacity - 1);
 }
 
-__kernel void quadric_clustering_vertex_place(
+__kernel void cluster_cells_place(
     __global const float *restrict positions,
     __global const ulong2 *restrict words,
     __global float *restrict points,
@@ -131,7 +131,7 @@ __kernel void quadric_clustering_vertex_place(
     }
 }
 
-__kernel void quadric_clustering_vertex_map(
+__kernel void cluster_cells_map(
     __global const float4 *restrict points,
     __global const uint *restrict new_ranks,
     __global uint *restrict vertex_map,

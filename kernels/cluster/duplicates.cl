@@ -1,4 +1,4 @@
-// Quadric vertex clustering, geometry stage: of output triangles with the same three vertices the first stays.
+// Vertex clustering, geometry stage: of output triangles with the same three vertices the first stays.
 //
 // Source    none: clustering folds thin sheets onto themselves, which leaves pairs of triangles
 // Work      1-D, one item per chunk of triangles; a slot ends up with the first triangle of its vertices whoever came first
@@ -11,7 +11,7 @@
 //           counts      uint[2]                      both: vertices as in total, triangles that stay
 // Needs     common/chunk.cl common/corners.cl
 
-__kernel void quadric_clustering_geometry_duplicates_insert(
+__kernel void cluster_duplicates_insert(
     __global const uint *restrict joined,
     __global const uint *restrict total,
     __global uint *restrict slots,
@@ -36,7 +36,7 @@ __kernel void quadric_clustering_geometry_duplicates_insert(
     }
 }
 
-__kernel void quadric_clustering_geometry_duplicates_count(
+__kernel void cluster_duplicates_count(
     __global const uint *restrict joined,
     __global const uint *restrict total,
     __global const uint *restrict slots,
@@ -60,7 +60,7 @@ __kernel void quadric_clustering_geometry_duplicates_count(
     chunk_sums[chunk] = count;
 }
 
-__kernel void quadric_clustering_geometry_duplicates_write(
+__kernel void cluster_duplicates_write(
     __global const uint *restrict joined,
     __global const uint *restrict total,
     __global const uchar *restrict flags,

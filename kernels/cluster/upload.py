@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.cluster.survivors import FILE
 from lodbench.kernels.device import Device
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.stages.timeline import Timeline
 
-FOLDER = "cluster/quadric_clustering"
-# built as one program: a build reads the driver's headers and the prelude anew, which is most of its time
-_STAGES = ("setup", "vertex", "fragment", "geometry", "geometry_emit")
+# built as one program with a system's own: a build reads the driver's headers and the prelude anew, most of its time
+SHARED = tuple(f"cluster/{name}.cl" for name in ("box", "cells", "compact", "emit", "search"))
 
 
 class Upload:
@@ -20,14 +20,14 @@ class Upload:
 
     Attributes:
         mesh: the mesh as it came.
-        program: the kernels of every frame on a CPU, and those of set-up and search.
+        program: the kernels that all clusterings share, and the system's own.
         positions: float32, (n, 3).
         triangles: uint32, (m, 3).
         low, high: the box of all positions, (3,) float64; zeros when there are none.
         setup: seconds of the upload, and of what is made from it later.
     """
 
-    def __init__(self, device: Device, mesh: TriangleMesh) -> None:
+    def __init__(self, device: Device, mesh: TriangleMesh, files: Sequence[str] = ()) -> None:
         self.device = device
         self.mesh = mesh
         self.setup = Timeline()
@@ -35,14 +35,14 @@ class Upload:
             self.positions = device.upload("positions", mesh.positions, np.float32, (None, 3))
             self.triangles = device.upload("triangles", mesh.triangles, np.uint32, (None, 3))
         with self.setup.host("build"):
-            self.program = device.build(*(f"{FOLDER}/{name}.cl" for name in _STAGES), FILE)
+            self.program = device.build(*files, *SHARED)
         with self.setup.host("box"):
             self.low = self.high = np.zeros(3)
             if mesh.vertex_count:
                 chunks = chunk_count(device, mesh.vertex_count)
                 boxes = device.allocate("boxes", (chunks, 2, 3, 8), np.float32)
                 box = self.program.launch(
-                    "quadric_clustering_setup_box", chunks, stage="box", local=chunk_local(device),
+                    "cluster_box", chunks, stage="box", local=chunk_local(device),
                     positions=self.positions, boxes=boxes,
                     vertex_count=mesh.vertex_count, chunk_count=chunks,
                 )  # fmt: skip

@@ -1,0 +1,236 @@
+"""What every clustering on a grid shares: occupied cells, output vertices and triangles, and the map to them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.kernels.cluster.grid import Grid
+from lodbench.kernels.cluster.search import Found
+from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.cluster.upload import Upload
+from lodbench.kernels.device import Device, DeviceError
+from lodbench.kernels.program import Buffer, Launch, Program
+from lodbench.kernels.stages.scan import chunk_count, chunk_local
+from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.subject import POINT, WORD, DeviceSubject
+from lodbench.kernels.system import DeviceSurface
+from lodbench.kernels.targets import missed
+
+# launches that this device has compiled; a second subject need not run a frame to warm them
+_warm: WeakKeyDictionary[Device, set[tuple[Any, ...]]] = WeakKeyDictionary()
+
+
+class Clustering(DeviceSubject):
+    """One mesh, one grid; the input is the same each frame.
+
+    A system's set-up calls, in this order, `find_cells`, what fills `solved` and `chunk_sums` from `points`, then
+    `compact`, `emit` and `ready`.
+
+    ```
+    state         uint  [4]               [0]: occupied cells
+    points        float [4 * vertices]    x y z in units of the largest cell edge, bits of the cell's rank
+    solved        float [4 * capacity]    representative in those units, kind; kind 0: no surviving triangle uses it
+    chunk_sums    uint  [chunks]          used cells of each chunk of cells
+    new_ranks     uint  [capacity]        output vertex of a cell
+    vertices_out  float [3 * capacity]    output positions
+    survivors     uint  [3 * triangles]   output triangles
+    counts        uint  [2]               live output vertices and triangles
+    ```
+
+    Attributes:
+        grid: the grid.
+        occupied: cells with a vertex, known once they have been counted.
+        capacity: rows of what is kept per cell, at least 1.
+        found: how a search got to the grid.
+    """
+
+    def __init__(self, upload: Upload, params: GridTarget, found: Found | None) -> None:
+        super().__init__(upload.device, upload.setup)
+        self.params, self.found = params, found
+        self.hold("input", upload.positions, upload.triangles)
+        self._mesh, self._upload = upload.mesh, upload
+        self._vertices, self._triangles = upload.mesh.vertex_count, upload.mesh.triangle_count
+        self._programs: list[Program] = [upload.program]
+        self.grid = Grid.over(upload.low, upload.high, params.grid_cells)
+
+    def launch(self, kernel: str, rows: int, stage: str, **arguments: Any) -> Launch:
+        """A launch of one item per chunk of `rows`."""
+        chunks = chunk_count(self.device, rows)
+        return self.program(kernel).launch(
+            kernel, chunks, stage=stage, local=chunk_local(self.device),
+            chunk_count=chunks, **arguments,
+        )  # fmt: skip
+
+    def program(self, kernel: str) -> Program:
+        """The one that has this kernel."""
+        return next(p for p in self._programs if kernel in p.kernels)
+
+    def find_cells(self, stage: str) -> None:
+        """Which cells are occupied, and their ranks; run once here, since their number sizes what comes after."""
+        words_count = -(-self.grid.cell_count // 64)
+        most = max(self._vertices, self._triangles, words_count)
+        chunks = chunk_count(self.device, most)
+        self.chunk_sums = self.allocate("chunk_sums", chunks, np.uint32)
+        marks = self.allocate("marks", 64 * words_count, np.uint8)
+        words = self.allocate("words", (words_count, 2), np.uint64)
+        self.state = self.allocate("state", 4, np.uint32)
+        place = {
+            "positions": self._upload.positions,
+            "vertex_count": self._vertices,
+            **self.grid.arguments,
+        }
+        rank = {"words": words, "chunk_sums": self.chunk_sums, "word_count": words_count}
+        eights = marks.view((words_count, 8), np.uint64)
+        self.fill(stage, marks, 0)
+        for launch in (
+            self.launch("cluster_cells_mark", self._vertices, stage, marks=marks, **place),
+            self.launch("cluster_cells_count", words_count, stage, marks=eights, **rank),
+            self.launch("cluster_cells_rank", words_count, stage, state=self.state, **rank),
+        ):
+            self.add(launch)
+        for step in self._steps:
+            step.enqueue(Timeline())
+        self.occupied = int(self.device.read(self.state)[0])
+        self.capacity = max(self.occupied, 1)
+        self.points = self.allocate("points", (self._vertices, 4), np.float32)
+        self.placing = self.add(
+            self.launch(
+                "cluster_cells_place", self._vertices, stage,
+                words=words, points=self.points, capacity=self.capacity, **place,
+            ),
+            bytes=POINT * self._vertices + self.points.size_bytes,
+        )  # fmt: skip
+        self.solved = self.allocate("solved", (self.capacity, 4), np.float32)
+
+    def compact(self, stage: str) -> None:
+        """The used cells' representatives become the output's vertices, in the order of their cells."""
+        grid = self.grid
+        self.new_ranks = self.allocate("new_ranks", self.capacity, np.uint32)
+        self.vertices_out = self.allocate("vertices", (self.capacity, 3), np.float32, "output")
+        self.counts = self.allocate("counts", 2, np.uint32, "output")
+        self.add(
+            self.launch(
+                "cluster_compact", self.capacity, stage,
+                solved=self.solved, new_ranks=self.new_ranks, vertices=self.vertices_out,
+                counts=self.counts, low=(*grid.low, 0), to_model=(grid.unit, 1 / grid.prescale),
+                state=self.state, chunk_sums=self.chunk_sums, capacity=self.capacity,
+            ),
+            bytes=lambda own: POINT * own.live()[0],
+        )  # fmt: skip
+        self.survivors = self.allocate("survivors", (self._triangles, 3), np.uint32, "output")
+
+    def emit(
+        self, stage: str, remove_duplicates: bool = False, walked: Mapping[str, Any] | None = None
+    ) -> None:
+        """The surviving triangles, in input order, with the numbers of their output vertices.
+
+        Args:
+            stage: what it counts towards.
+            remove_duplicates: keep the first of those with the same three vertices.
+            walked: the kernel, by the name "kernel", and its own arguments, where a walk over the triangles has
+                noted the survivors already.
+        """
+        count, joined = self._triangles, self.survivors
+        if remove_duplicates:
+            joined = self.allocate("joined", (count, 3), np.uint32)
+        written = {
+            "new_ranks": self.new_ranks, "survivors": joined, "counts": self.counts,
+            "triangle_count": count,
+        }  # fmt: skip
+        if walked is None:
+            read = {
+                "points": self.points,
+                "triangles": self._upload.triangles,
+                "chunk_sums": self.chunk_sums,
+            }
+            self.add(
+                self.launch("cluster_emit_count", count, stage, triangle_count=count, **read),
+                bytes=POINT * count + WORD * self._vertices,
+            )
+            launch = self.launch("cluster_emit_write", count, stage, **read, **written)
+        else:
+            own = {name: value for name, value in walked.items() if name != "kernel"}
+            launch = self.launch(walked["kernel"], count, stage, **own, **written)
+        self.add(launch, bytes=lambda own: POINT * own.live()[1])
+        if remove_duplicates:
+            self._remove_duplicates(joined, stage)
+
+    def _remove_duplicates(self, joined: Buffer, stage: str) -> None:
+        count, total = self._triangles, self.counts
+        with self.setup.host("build"):
+            self._programs.append(self.device.build("cluster/duplicates.cl"))
+        slot_count = 2 << max(count, 1).bit_length()
+        slots = self.allocate("slots", slot_count, np.uint32)
+        flags = self.allocate("flags", count, np.uint8)
+        self.counts = self.allocate("counts", 2, np.uint32, "output")
+        found = {"joined": joined, "total": total, "slots": slots, "slot_mask": slot_count - 1}
+        kept = {"flags": flags, "chunk_sums": self.chunk_sums}
+        self.fill(stage, slots, 0xFFFFFFFF)
+        for launch in (
+            self.launch("cluster_duplicates_insert", count, stage, **found),
+            self.launch("cluster_duplicates_count", count, stage, **found, **kept),
+            self.launch(
+                "cluster_duplicates_write", count, stage,
+                joined=joined, total=total, survivors=self.survivors, counts=self.counts, **kept,
+            ),
+        ):  # fmt: skip
+            self.add(launch)
+
+    def ready(self, *kernels: Any) -> None:
+        """Set the output; run a frame, unless this device has run one with these `kernels`."""
+        self.output = DeviceSurface(
+            positions=self.vertices_out,
+            normals=None,
+            triangles=self.survivors,
+            vertex_count=self.capacity,
+            triangle_count=self._triangles,
+            counts=self.counts,
+        )
+        key, warm = (type(self), *kernels), _warm.setdefault(self.device, set())
+        self.setup.from_cache["first_launch"] = key in warm
+        if key not in warm:
+            self.warm_up()
+            warm.add(key)
+
+    def live(self) -> tuple[int, int]:
+        """Output vertices, as many as occupied cells at most, and triangles of the last frame."""
+        found = super().live()
+        occupied = int(self.device.read(self.state)[0])
+        if occupied > self.capacity:
+            raise DeviceError(
+                f"cells: expected {self.capacity} occupied as in set-up, got {occupied}"
+            )
+        return found
+
+    def vertex_map(self) -> NDArray[np.uint32]:
+        """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where its cell has none."""
+        result = self.device.allocate("vertex_map", self._vertices, np.uint32)
+        self.launch(
+            "cluster_cells_map", self._vertices, "vertex_map",
+            points=self.points, new_ranks=self.new_ranks, vertex_map=result,
+            vertex_count=self._vertices,
+        )(Timeline())  # fmt: skip
+        return self.device.read(result)
+
+    def more_counters(self) -> Mapping[str, int | float]:
+        """Sizes in, and occupied cells.
+
+        With a target also `target`, `target_gap` (triangles short of it, negative where there are more),
+        `counting_passes` and `cells_along_longest`.
+        """
+        counters: dict[str, int | float] = {
+            "vertices_in": self._vertices,
+            "triangles_in": self._triangles,
+            "cells": self.grid.cell_count,
+            "cells_occupied": self.occupied,
+        }
+        if self.found is not None:
+            counters |= missed(self.found.target, self.live()[1])
+            counters["counting_passes"] = self.found.counts
+            counters["cells_along_longest"] = self.found.cells or 0.0
+        return counters

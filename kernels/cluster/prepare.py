@@ -1,0 +1,97 @@
+"""From what a user asks of a clustering to its subject: the grid that a number of triangles needs, and the verb."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, TypeVar
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.clustering import Clustering
+from lodbench.kernels.cluster.search import Found, find_cells
+from lodbench.kernels.cluster.survivors import DeviceSurvivors
+from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.cluster.unchanged import Unchanged, without_duplicates
+from lodbench.kernels.cluster.upload import Upload
+from lodbench.kernels.device import Device
+from lodbench.kernels.result import Result
+from lodbench.kernels.system import run
+from lodbench.kernels.targets import missed
+
+P = TypeVar("P", bound=GridTarget)
+
+
+def prepare(
+    device: Device,
+    mesh: TriangleMesh,
+    params: P,
+    make: Callable[[Upload, P, Found | None], Clustering],
+    files: Sequence[str] = (),
+) -> Clustering | Unchanged:
+    """The mesh uploaded, the grid found where a number of triangles is asked for, and a frame ready to run.
+
+    Where all triangles are asked for, or no grid comes nearer, the mesh itself is the result. With a target, `setup`
+    has the stage "search".
+
+    Args:
+        device: where it runs.
+        mesh: what is simplified.
+        params: with a target, or a grid.
+        make: a system's subject, of the mesh on the device and params with a grid.
+        files: the system's own kernels, built with those that all clusterings share.
+
+    Raises:
+        ValueError: more than 2**27 cells.
+        Unsupported: no room, or something that the device lacks.
+    """
+    upload = Upload(device, mesh, files)
+    asked = params.triangles(mesh.triangle_count)
+    if asked is None:
+        return make(upload, params, None)
+    distinct = getattr(params, "remove_duplicates", False)
+    found = search_cells(upload, asked, distinct)
+    if found.cells is not None:
+        params = replace(params, target_reduction=None, target_count=None, cells=found.cells)
+        return make(upload, params, found)
+    kept = upload
+    if distinct:
+        kept = Upload(device, without_duplicates(mesh), files)
+        upload.setup.stage_s |= kept.setup.stage_s
+    counters = {
+        "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
+        "counting_passes": found.counts, **missed(asked, kept.mesh.triangle_count),
+    }  # fmt: skip
+    return Unchanged(device, kept.mesh, kept.positions, kept.triangles, upload.setup, counters)
+
+
+def simplifier(
+    prepare: Callable[[Device, TriangleMesh, P], Clustering | Unchanged], params: type[P]
+) -> Callable[..., Result]:
+    """The verb `simplify` of a clustering, made of its `prepare` and its `Params`."""
+
+    def simplify(device: Device, mesh: TriangleMesh, **options: Any) -> Result:
+        """The simplified mesh, by a number of triangles or by a grid; `options` are those of the Params.
+
+        With a target, `counters` also holds `target`, `target_gap` (triangles short of it, negative where every grid
+        with fewer leaves none at all) and `counting_passes`. Where all triangles are asked for the result is the mesh
+        as it came, points that no triangle uses among them.
+        """
+        prepared = prepare(device, mesh, params.named(**options))
+        frame = run(device, prepared)
+        (simplified,) = prepared.result()
+        counters = dict(prepared.counters())
+        return Result(
+            simplified, prepared.vertex_map(), (simplified,), counters, prepared.setup, frame
+        )
+
+    return simplify
+
+
+def search_cells(upload: Upload, target_count: int, remove_duplicates: bool = False) -> Found:
+    """The grid that leaves at most `target_count` triangles, as `find_cells` says; seconds go to the stage "search"."""
+    with upload.setup.host("search"):
+        count = DeviceSurvivors(
+            upload.device, upload.program, upload.positions, upload.triangles,
+            (upload.low, upload.high), remove_duplicates,
+        )  # fmt: skip
+        return find_cells(count, upload.high - upload.low, upload.mesh.triangle_count, target_count)

@@ -1,0 +1,33 @@
+"""What a verb gives: a mesh, and how it came about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.stages.timeline import Timeline
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What simplifying or refining a mesh gave.
+
+    Attributes:
+        mesh: the mesh, float32 positions from the origin of the input, and uint32 triangles, with normals where the
+            method makes them.
+        vertex_map: (n,) uint32, the output vertex of each input vertex, 0xFFFFFFFF where there is none; None where
+            vertices do not map one to one.
+        levels: all levels of a chain, coarsest last; (mesh,) where there is one.
+        counters: sizes and choices of the method, by name.
+        setup, frame: where the time went, seconds by stage.
+    """
+
+    mesh: TriangleMesh
+    vertex_map: NDArray[np.uint32] | None = None
+    levels: tuple[TriangleMesh, ...] = ()
+    counters: dict[str, int | float] = field(default_factory=dict)
+    setup: Timeline = field(default_factory=Timeline)
+    frame: Timeline = field(default_factory=Timeline)

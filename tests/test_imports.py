@@ -1,0 +1,66 @@
+"""The import graph: no circles, no arrows upwards, no system that knows of another family's."""
+
+import ast
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+FAMILIES = {path.parent.name for path in (ROOT / "kernels").glob("*/__init__.py")} - {"stages"}
+# the package itself: without this, a later import would put the package where the function `refine` stands
+ALLOWED = {("lodbench.kernels", "lodbench.kernels.refine")}
+
+
+def name_of(path: Path) -> str:
+    parts = ["lodbench", *path.relative_to(ROOT).with_suffix("").parts]
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+FILES = {
+    name_of(path): path
+    for folder in ("datasets_gen", "kernels", "harness")
+    for path in sorted((ROOT / folder).rglob("*.py"))
+}
+
+
+def imported(path: Path) -> Iterator[str]:
+    """What a module imports as it is loaded: not in functions, and not for type checkers alone."""
+    for node in ast.parse(path.read_text("utf-8")).body:
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                yield inner if inner in FILES else str(node.module)
+
+
+GRAPH = {
+    name: {found for found in imported(path) if found in FILES and found != name}
+    for name, path in FILES.items()
+}
+
+
+def family(name: str) -> str | None:
+    parts = name.split(".")
+    return parts[2] if parts[1] == "kernels" and len(parts) > 2 and parts[2] in FAMILIES else None
+
+
+def test_no_circle_of_imports():
+    try:
+        TopologicalSorter(GRAPH).prepare()
+    except CycleError as error:
+        pytest.fail(" -> ".join(error.args[1]))
+
+
+@pytest.mark.parametrize("name", GRAPH)
+def test_what_systems_share_imports_no_system_and_no_family_another(name):
+    for other in GRAPH[name]:
+        if name.startswith("lodbench.kernels") and (name, other) not in ALLOWED:
+            assert family(other) in (None, family(name)), f"{name} imports {other}"
+
+
+@pytest.mark.parametrize("name", [name for name in GRAPH if name.endswith(".reference")])
+def test_reference_imports_nothing_of_its_host(name):
+    assert name.replace(".reference", ".host") not in GRAPH[name]
