@@ -56,6 +56,7 @@ def measure(
     from lodbench.harness import limits
     from lodbench.harness.folder import open_folder
     from lodbench.harness.record import read_run
+    from lodbench.harness.rows import pack
     from lodbench.harness.run import Session
     from lodbench.kernels.device import Device
 
@@ -78,6 +79,8 @@ def measure(
             left_out = session.measure(work, quiet)
         finally:
             session.close()
+        if not left_out:
+            pack(folder)
     return folder, left_out
 
 

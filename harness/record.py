@@ -27,7 +27,7 @@ from typing import Any
 
 from lodbench.datasets_gen.files import write_file
 from lodbench.harness.foreign import RUN_FIELDS, read_json, refuse_links
-from lodbench.harness.rows import SAMPLES, Writer, plain, read_rows
+from lodbench.harness.rows import SAMPLES, Writer, plain, read_rows, rows_file
 
 __all__ = [
     "GroupRecord", "RUN", "RunRecord", "SAMPLES", "SCHEMA", "SubjectRecord", "Writer", "attempts", "config_hash",
@@ -172,7 +172,7 @@ def read_run(folder: Path) -> RunRecord:
         raise ValueError(f"run: expected a folder with {RUN}, got {folder}")
     refuse_links(folder)
     environment = read_environment(folder)
-    path = folder / SAMPLES
+    path = rows_file(folder)
     rows = read_rows(path) if path.exists() else []
     open_groups: dict[tuple[str, int], GroupRecord] = {}
     whole: dict[str, GroupRecord] = {}
@@ -217,7 +217,7 @@ def _add(group: GroupRecord, row: dict[str, Any]) -> None:
 
 def attempts(folder: Path) -> tuple[set[str], dict[str, list[int]]]:
     """(hashes of whole groups, hash -> attempts that were begun and neither ended, uncut, nor superseded)."""
-    path = folder / SAMPLES
+    path = rows_file(folder)
     ended: set[str] = set()
     begun: dict[str, list[int]] = {}
     for row in read_rows(path) if path.exists() else []:

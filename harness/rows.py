@@ -1,20 +1,25 @@
-"""The rows of a `samples.jsonl`: appended as they happen, read back, and written by one process at a time."""
+"""The rows of a `samples.jsonl`: appended as they happen, packed when all is done, written by one process at a time."""
 
 from __future__ import annotations
 
 import dataclasses
+import gzip
 import json
 import math
+import zlib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from lodbench.datasets_gen.files import write_file
 from lodbench.harness.foreign import check_row, parse_json, refuse_links
 from lodbench.harness.lock import Lock
 
 SAMPLES = "samples.jsonl"
+PACKED = "samples.jsonl.gz"
+LARGEST = 1 << 30  # bytes of rows: a small file may unpack to any size
 
 
 def plain(value: Any) -> Any:
@@ -49,14 +54,40 @@ def _whole(content: bytes) -> bytes:
     return content if not last else content[:end] + (last + b"\n" if _is_json(last) else b"")
 
 
+def rows_file(folder: Path) -> Path:
+    """The file of a run's rows, packed or not; it need not be there."""
+    plain_file = folder / SAMPLES
+    return folder / PACKED if not plain_file.exists() and (folder / PACKED).exists() else plain_file
+
+
+def _content(path: Path) -> bytes:
+    if path.suffix != ".gz":
+        return path.read_bytes()
+    try:
+        with gzip.open(path) as file:
+            content = file.read(LARGEST + 1)
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise ValueError(f"{path}: expected rows packed by gzip, got {error}") from None
+    if len(content) > LARGEST:
+        raise ValueError(f"{path}: expected at most {LARGEST:,} bytes of rows, got more")
+    return content
+
+
+def pack(folder: Path) -> None:
+    """Compress the rows of a run that is done, ten to one; a writer unpacks them again. Same rows, same bytes."""
+    path = folder / SAMPLES
+    write_file(folder / PACKED, gzip.compress(path.read_bytes(), mtime=0))
+    path.unlink()
+
+
 def read_rows(path: Path) -> list[dict[str, Any]]:
-    """All rows of a `samples.jsonl`; a torn last line is dropped.
+    """All rows of a `samples.jsonl`, packed or not; a torn last line is dropped.
 
     Raises:
-        ValueError: a line before the last is not JSON, or a row is none that a record holds.
+        ValueError: a line before the last is not JSON, or a row is none that a record holds; or it does not unpack.
     """
     rows = []
-    for number, line in enumerate(_whole(path.read_bytes()).split(b"\n"), 1):
+    for number, line in enumerate(_whole(_content(path)).split(b"\n"), 1):
         if not line.strip():
             continue
         row = parse_json(line, f"{path}: line {number}")
@@ -75,6 +106,9 @@ class Writer:
     def __init__(self, folder: Path) -> None:
         path = folder / SAMPLES
         refuse_links(folder)
+        if (packed := rows_file(folder)) != path:
+            write_file(path, _content(packed))
+            packed.unlink()
         self._file = path.open("ab", buffering=0)
         try:
             self._lock = Lock(self._file, folder)

@@ -26,7 +26,6 @@ from lodbench.harness.group import Group
 from lodbench.harness.limits import Limits
 from lodbench.harness.ratios import verdict
 from lodbench.harness.record import (
-    SAMPLES,
     GroupRecord,
     RunRecord,
     SubjectRecord,
@@ -34,6 +33,7 @@ from lodbench.harness.record import (
     write_json,
 )
 from lodbench.harness.registry import closest
+from lodbench.harness.rows import rows_file
 from lodbench.harness.timing import summary
 from lodbench.kernels.system import Traffic
 
@@ -248,7 +248,7 @@ def comma_separated(made: Mapping[str, Any]) -> str:
 
 def write(table: Table, run: RunRecord) -> dict[str, Any]:
     """Write `tables/<id>.json`, `.md` and `.csv` into the run's folder; returns the document."""
-    with blamed_on(Path(run.folder) / SAMPLES, f"the fields of table {table.id}"):
+    with blamed_on(rows_file(Path(run.folder)), f"the fields of table {table.id}"):
         made = document(table, run)
         text = markdown(made)
     folder = Path(run.folder) / "tables"

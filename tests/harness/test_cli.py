@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import pytest
 
@@ -7,6 +8,7 @@ from lodbench.datasets_gen.read import write_mesh
 from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness import derive, limits, record
 from lodbench.harness.cli import main
+from lodbench.harness.rows import rows_file
 from tests.harness import fake
 
 
@@ -154,7 +156,9 @@ def test_mesh_files_are_datasets_under_safe_names(tmp_path, monkeypatch, capsys)
         assert (
             group.facts["content"] == group.config["content"] == catalogue.find("torso_a").content
         )
-        for file in ("run.json", "samples.jsonl", "tables/own.md", "tables/quadric_clustering.md"):
+        for row in record.read_rows(rows_file(tmp_path / folder)):
+            assert "My Scans" not in json.dumps(row)
+        for file in ("run.json", "tables/own.md", "tables/quadric_clustering.md"):
             path = tmp_path / folder / file
             assert not path.exists() or "My Scans" not in path.read_text("utf-8")
 
@@ -186,7 +190,7 @@ def runs(tmp_path, device, capsys):
             assert main([*words, str(tmp_path / name)]) == 0
         for name, factor in (("a", 1.0), ("b", slower)):
             path = tmp_path / name / record.SAMPLES
-            rows = record.read_rows(path)
+            rows = record.read_rows(rows_file(path.parent))
             for row in rows:
                 if row["kind"] == "sample":
                     row["wall_s"] = factor * (1 + 0.01 * (row["turn"] % 3))
@@ -217,10 +221,7 @@ def test_compare_exit_code_tells_a_regression(runs, capsys, slower, options, cod
 
 def test_compare_counts_a_check_that_fails_now(runs, capsys):
     a, b = runs(1.0)
-    path = f"{b}/{record.SAMPLES}"
-    with open(path) as file:
-        text = file.read()
-    with open(path, "w") as file:
-        file.write(text.replace('"status": "ok"', '"status": "failed"'))
+    path = Path(b, record.SAMPLES)
+    path.write_text(path.read_text().replace('"status": "ok"', '"status": "failed"'))
     assert main(["compare", a, b]) == 1
     assert "regression" in capsys.readouterr().out

@@ -10,7 +10,7 @@ import pytest
 from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness import foreign, quality, sweep
 from lodbench.harness.cli import main
-from lodbench.harness.record import read_rows
+from lodbench.harness.rows import pack, read_rows, rows_file
 from lodbench.kernels.system import Check, Footprint
 from tests.harness import fake
 
@@ -36,8 +36,8 @@ def recorded(tmp_path_factory, device):
         fake.install(patch.setattr)
         main(["run", "fake", "-d", "one", "--samples", "1", "-q", "--out", str(folder / "run")])
     found = {}
-    for path in [folder / "run/samples.jsonl", *RESULTS.glob("reference/*/*/samples.jsonl")]:
-        for row in read_rows(path):
+    for run in [folder / "run", *RESULTS.glob("reference/*/*")]:
+        for row in read_rows(rows_file(run)):
             found.setdefault(row["kind"], set()).update(row)
     return found
 
@@ -84,6 +84,7 @@ def test_example_of_the_page_reads_a_record(tmp_path, monkeypatch):
     (code,) = re.findall(r"(?s)```python\n(.*?)```", PAGE)
     rows = [{"kind": "sample", "warmup": warm, "wall_s": 2.0} for warm in (True, False)]
     (tmp_path / "samples.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    pack(tmp_path)
     monkeypatch.chdir(tmp_path)
     names = {}
     exec(code, names)

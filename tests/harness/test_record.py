@@ -1,3 +1,4 @@
+import gzip
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,6 +7,7 @@ import numpy as np
 import pytest
 
 from lodbench.harness import record
+from lodbench.harness import rows as rows_module
 from lodbench.harness.record import Writer, attempts, plain, read_rows, read_run
 from tests.harness.made_run import ENVIRONMENT
 
@@ -129,3 +131,40 @@ def test_write_json_leaves_the_old_file_when_the_value_cannot_be_written(tmp_pat
         record.write_json(path, loop)
     assert json.loads(path.read_text()) == {"a": 1}
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_rows_are_packed_and_unpacked_byte_for_byte(folder):
+    writer = Writer(folder)
+    begin(writer)
+    writer.close()
+    path = folder / record.SAMPLES
+    whole, rows = path.read_bytes(), read_rows(path)
+    rows_module.pack(folder)
+    assert not path.exists()
+    packed = rows_module.rows_file(folder)
+    assert packed.name == "samples.jsonl.gz" and read_rows(packed) == rows
+    first = packed.read_bytes()
+    writer = Writer(folder)
+    writer.close()
+    assert path.read_bytes() == whole and not packed.exists()
+    rows_module.pack(folder)
+    assert packed.read_bytes() == first, "the same rows, the same bytes"
+
+
+@pytest.mark.parametrize(
+    ("content", "what"),
+    [(b"no", "packed by gzip"), (gzip.compress(b"{}\n" * 99)[:-9], "packed by gzip")],
+)
+def test_packed_rows_that_are_damaged_are_named(folder, content, what):
+    path = folder / rows_module.PACKED
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=what):
+        read_rows(path)
+
+
+def test_small_file_that_unpacks_to_more_than_a_run_holds_is_refused(folder, monkeypatch):
+    monkeypatch.setattr(rows_module, "LARGEST", 1000)
+    path = folder / rows_module.PACKED
+    path.write_bytes(gzip.compress(b" " * 100_000))
+    with pytest.raises(ValueError, match="expected at most 1,000 bytes of rows"):
+        read_rows(path)

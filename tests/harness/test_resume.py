@@ -10,7 +10,7 @@ import pytest
 
 from lodbench.harness import record
 from lodbench.harness.cli import main
-from lodbench.harness.record import read_rows
+from lodbench.harness.rows import read_rows, rows_file
 from tests.harness import fake
 
 ROOT = Path(__file__).parents[2]
@@ -29,7 +29,7 @@ def lodbench(*words):
 
 
 def rows(folder):
-    path = folder / record.SAMPLES
+    path = rows_file(folder)
     return read_rows(path) if path.exists() else []
 
 
