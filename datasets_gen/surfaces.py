@@ -274,7 +274,7 @@ class GeometryImage:
 
     @property
     def vertex_count(self) -> int:
-        """Distinct points of the full surface: border samples are one with their twins."""
+        """Distinct points of the full surface: border samples are one with their seam duplicates."""
         return (len(self.positions) - 1) ** 2 + 2
 
     @property

@@ -83,7 +83,7 @@ def compare(
             "triangles_a": old.counters.get("triangles") if old else None,
             "triangles_b": new.counters.get("triangles") if new else None,
         }  # fmt: skip
-        row["verdict"], row["why"] = _judge(row, old, new, threshold)
+        row["verdict"], row["why"] = _verdict(row, old, new, threshold)
         rows.append(row)
     if not any(row["verdict"] not in ("missing", "new") for row in rows):
         raise ValueError(f"B: expected a run that has rows of {a.folder}, got none in {b.folder}")
@@ -100,7 +100,7 @@ def compare(
     }
 
 
-def _judge(
+def _verdict(
     row: dict[str, Any], old: SubjectRecord | None, new: SubjectRecord | None, threshold: float
 ) -> tuple[str, str]:
     """The verdict, and why."""

@@ -18,6 +18,7 @@ from lodbench.kernels.geometry_image.quadtree_lod.reference import DRAWN
 from lodbench.kernels.render import render
 from lodbench.kernels.system import Frame, View, run
 
+DRAWN_FROM = "quadtree_lod"  # the system that these pictures are about
 DISTANCES = (1, 2, 4, 8)  # times that from which the whole fits the picture
 LEAST_SIDE = 512  # pixels of the geometry image's picture
 

@@ -11,7 +11,7 @@ from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.amounts import rounded
 from lodbench.harness.baselines.drawn_mesh import DrawnMesh, Params
-from lodbench.harness.distances import distance_pictures
+from lodbench.harness.distances import DRAWN_FROM, distance_pictures
 from lodbench.harness.record import RunRecord, read_run, write_json
 from lodbench.harness.timing import interleave, summary, take
 from lodbench.kernels import simplify_mesh
@@ -20,12 +20,12 @@ from lodbench.kernels.image import write_png
 from lodbench.kernels.render import mesh_view, render
 from lodbench.kernels.stages.camera import TABLE_SIZE
 from lodbench.kernels.system import Frame, View, run
+from lodbench.kernels.verbs import PREFERRED
 
 FOLDER, LIST = "images", "pictures.json"
 SIZE = (640, 512)  # pixels; of the same shape as the tables' images, and drawn at twice the size
 MOST_TRIANGLES = 2_000_000  # larger ones take longer to make than all pictures together
 SHARES = (1.0, 0.1, 0.01)  # of the triangles, in the strip of levels
-SIMPLIFIED = "quadric_clustering"
 LYING = ("terrain", "plane", "plate")  # shapes whose z points upwards
 SAMPLES = 10
 
@@ -69,7 +69,7 @@ def _datasets(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any
 def _distances(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any], Any]]:
     """The first mesh that was drawn from its geometry image, for several distances."""
     for group in record.groups:
-        if any(subject.system == "quadtree_lod" for subject in group.subjects.values()):
+        if any(subject.system == DRAWN_FROM for subject in group.subjects.values()):
             mesh = _mesh(group.dataset)
             if mesh is not None:
                 up = _up(group.dataset)
@@ -95,7 +95,7 @@ def _up(name: str) -> str:
 def _simplified(record: RunRecord) -> str | None:
     """The first mesh that was simplified."""
     for group in record.groups:
-        if any(subject.system == SIMPLIFIED for subject in group.subjects.values()):
+        if any(subject.system == PREFERRED["simplify"][0] for subject in group.subjects.values()):
             return group.dataset
     return None
 

@@ -11,8 +11,8 @@ from typing import Any
 import matplotlib
 
 from lodbench.datasets_gen.files import replacing
-from lodbench.harness.charts import CHARTS, Material, looks
-from lodbench.harness.charts.material import FAINT, INK, PAGE
+from lodbench.harness.charts import CHARTS, ChartData, styles
+from lodbench.harness.charts.chart_data import FAINT, INK, PAGE
 from lodbench.harness.foreign import blamed_on, check_table, read_json
 from lodbench.harness.record import RunRecord, read_run
 
@@ -100,12 +100,12 @@ def write_figures(folder: Path, run: RunRecord | None = None) -> list[Figure]:
     folder = Path(folder)
     run = run or read_run(folder)
     tables = documents(folder)
-    shared = looks(_systems(made, run) for made in tables)
+    shared = styles(_systems(made, run) for made in tables)
     figures = []
     for made in tables:
-        material = Material(made, run.of_table(made["id"]), shared)
+        chart_data = ChartData(made, run.of_table(made["id"]), shared)
         with blamed_on(folder / "tables" / f"{made['id']}.json", "what can be drawn"):
-            figures += _draw(folder / "figures", made, material)
+            figures += _draw(folder / "figures", made, chart_data)
     return figures
 
 
@@ -116,10 +116,10 @@ def _systems(made: Mapping[str, Any], run: RunRecord) -> list[str]:
     return [name for name in named if name]
 
 
-def _draw(folder: Path, made: Mapping[str, Any], material: Material) -> Iterator[Figure]:
+def _draw(folder: Path, made: Mapping[str, Any], chart_data: ChartData) -> Iterator[Figure]:
     for kind, (title, draw) in CHARTS.items():
         with _style():
-            chart = draw(material)
+            chart = draw(chart_data)
             if chart is None:
                 continue
             folder.mkdir(parents=True, exist_ok=True)

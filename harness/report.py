@@ -16,11 +16,11 @@ from markupsafe import Markup
 from lodbench.datasets_gen.files import write_file
 from lodbench.harness import plots, timing
 from lodbench.harness.amounts import amount
-from lodbench.harness.cells import columns, headlines, lines
-from lodbench.harness.charts import Material
-from lodbench.harness.charts.material import FAINT, INK, PAGE, PALETTE, WARNING
+from lodbench.harness.charts import ChartData
+from lodbench.harness.charts.chart_data import FAINT, INK, PAGE, PALETTE, WARNING
 from lodbench.harness.foreign import PICTURE_FIELDS, blamed_on, read_json
 from lodbench.harness.record import RUN, RunRecord, read_run
+from lodbench.harness.table_view import columns, headlines, lines
 
 NAME = "report.html"
 TEMPLATE = Path(__file__).with_name(NAME)
@@ -79,7 +79,7 @@ def _figures(folder: Path, run: RunRecord) -> dict[str, list[_Drawn]]:
 def _table(made: Mapping[str, Any], run: RunRecord, figures: Sequence[_Drawn]) -> dict[str, Any]:
     shown = columns(made)
     lead = next((f for kind in LEADS for f in figures if f.kind == kind), None)
-    facts = Material(made, run.of_table(made["id"]), {}).facts
+    facts = ChartData(made, run.of_table(made["id"]), {}).facts
     return {
         "anchor": f"table-{made['id']}",
         "title": made["title"],

@@ -20,11 +20,11 @@ from lodbench.datasets_gen.finest import finest
 from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.harness import quality
 from lodbench.harness.budget import Budget
-from lodbench.harness.entrant import Entrant
 from lodbench.harness.group import Group
 from lodbench.harness.progress import Progress
 from lodbench.harness.record import Writer, attempts, config_hash, plain
 from lodbench.harness.timing import OtherLoad, interleave, take
+from lodbench.harness.trial import Trial
 from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.paths import CameraPath
@@ -145,11 +145,11 @@ class Session:
             "begin", table=table, name=group.name, dataset=dataset.name, device=self.device.slug,
             facts=facts, config=config,
         )  # fmt: skip
-        entrants: dict[str, Entrant] = {}
+        trials: dict[str, Trial] = {}
         try:
-            done = self._turns(group, surface, entrants, record, budget, progress)
+            done = self._turns(group, surface, trials, record, budget, progress)
         finally:
-            entrants.clear()
+            trials.clear()
             gc.collect()  # device buffers go back to the pool before the next group asks for its own
         if done:
             self._ended.add(key)
@@ -159,24 +159,24 @@ class Session:
         self,
         group: Group,
         surface: Any,
-        entrants: dict[str, Entrant],
+        trials: dict[str, Trial],
         record: Callable[..., None],
         budget: Budget,
         progress: Progress,
     ) -> bool:
-        """Prepare, sample and judge the subjects of a group that has begun; was there time for all of it?"""
+        """Prepare, sample and check the subjects of a group that has begun; was there time for all of it?"""
         start = time.perf_counter()
         for subject in group.subjects:
             if self._budget.stops():
                 return False
             progress.step(f"prepare {subject.name}")
-            entrant = Entrant(subject, view=Frame(_zoomed(surface, group.zoom)), once=group.once)
+            trial = Trial(subject, view=Frame(_zoomed(surface, group.zoom)), once=group.once)
             device = partial(self._open, subject.one_core)
-            entrant.enter(surface, device, entrants, record, group.quality)
-            entrants[subject.name] = entrant
-        running = {name: e for name, e in entrants.items() if e.prepared is not None}
+            trial.enter(surface, device, trials, record, group.quality)
+            trials[subject.name] = trial
+        running = {name: e for name, e in trials.items() if e.prepared is not None}
         frames = {name: e.frame for name, e in running.items() if not group.once}
-        firsts = {name: entrant.first_s for name, entrant in running.items()}
+        firsts = {name: trial.first_s for name, trial in running.items()}
         if (
             frames
             and sum(firsts.values()) > self._budget.left + (OVERRUN - 1) * self._budget.seconds
@@ -187,19 +187,19 @@ class Session:
         others = OtherLoad()
         for sample in interleave(frames, firsts, samples=self._samples, budget=budget):
             record("sample", **plain(sample))
-        self._whole_frames(group, surface, entrants, record, progress, budget)
+        self._whole_frames(group, surface, trials, record, progress, budget)
         others_share = others.share()
-        for name, entrant in entrants.items():
-            if group.quality and entrant.mesh is not None:
+        for name, trial in trials.items():
+            if group.quality and trial.mesh is not None:
                 if self._budget.stops():
                     return False
                 progress.step(f"quality of {name}")
-                entrant.facts["quality"] = self._quality(
-                    finest(surface), entrant.mesh, self.seed if group.seed is None else group.seed
+                trial.facts["quality"] = self._quality(
+                    finest(surface), trial.mesh, self.seed if group.seed is None else group.seed
                 )
             record(
-                "subject", subject=name, status=entrant.status, reason=entrant.reason,
-                **entrant.facts,
+                "subject", subject=name, status=trial.status, reason=trial.reason,
+                **trial.facts,
             )  # fmt: skip
         seconds = round(time.perf_counter() - start, 3)
         record("end", others=others_share, seconds=seconds, cut=budget.cut)
@@ -209,24 +209,24 @@ class Session:
         self,
         group: Group,
         surface: Any,
-        entrants: Mapping[str, Entrant],
+        trials: Mapping[str, Trial],
         record: Callable[..., None],
         progress: Progress,
         budget: Budget,
     ) -> None:
         """Turns of those subjects that are drawn apart from their samples, so that neither disturbs the other."""
         frames = {
-            name: entrant.whole_frame
-            for name, entrant in entrants.items()
-            if entrant.prepared is not None and entrant.raster is not None
-            and entrant.subject.draw is not None and entrant.subject.draw.apart
+            name: trial.whole_frame
+            for name, trial in trials.items()
+            if trial.prepared is not None and trial.raster is not None
+            and trial.subject.draw is not None and trial.subject.draw.apart
         }  # fmt: skip
         if not frames:
             return
         progress.step("frame")
         if group.path is not None:
             self._along(
-                group.path, surface, {name: entrants[name] for name in frames}, record, budget
+                group.path, surface, {name: trials[name] for name in frames}, record, budget
             )
             return
         firsts = {name: take(name, frame, 0, warmup=True) for name, frame in frames.items()}
@@ -240,26 +240,26 @@ class Session:
         self,
         path: CameraPath,
         surface: Any,
-        entrants: Mapping[str, Entrant],
+        trials: Mapping[str, Trial],
         record: Callable[..., None],
         budget: Budget,
     ) -> None:
         """The whole path several times, the first to warm; at each step all subjects in turn."""
         views = {
-            name: path.views(*finest(surface).box, size=entrant.subject.draw.size)
-            for name, entrant in entrants.items()
-            if entrant.subject.draw is not None
+            name: path.views(*finest(surface).box, size=trial.subject.draw.size)
+            for name, trial in trials.items()
+            if trial.subject.draw is not None
         }
         for round_, step in itertools.product(range(1 + PATH_ROUNDS), range(path.frames)):
             if round_ > 1 and budget.stops():
                 return
-            for name, entrant in entrants.items():
-                if step == 0 and isinstance(entrant.prepared, Remembering):
-                    entrant.prepared.reset()
-                entrant.seen = Frame(views[name][step])
-                sample = take(name, entrant.whole_frame, round_ * path.frames + step, not round_)
-                if sample is not None and entrant.prepared is not None and round_:
-                    triangles = entrant.prepared.counters().get("triangles")
+            for name, trial in trials.items():
+                if step == 0 and isinstance(trial.prepared, Remembering):
+                    trial.prepared.reset()
+                trial.seen = Frame(views[name][step])
+                sample = take(name, trial.whole_frame, round_ * path.frames + step, not round_)
+                if sample is not None and trial.prepared is not None and round_:
+                    triangles = trial.prepared.counters().get("triangles")
                     record("frame", **plain(sample), step=step, triangles=triangles)
 
     def _surface(self, dataset: catalogue.Dataset) -> Any:

@@ -154,7 +154,8 @@ def described(owner: type) -> list[dict[str, str]]:
     """Each field of a Params: its name, what it takes, its default, and what its docstring says of it."""
     texts: dict[str, str] = {}
     for base in reversed(owner.__mro__):
-        _, _, attributes = (inspect.getdoc(base) or "").partition("Attributes:\n")
+        text, _, attributes = (inspect.getdoc(base) or "").partition("Attributes:\n")
+        texts |= re.findall(r"(?s)`(\w+)`: (.*?)(?=; `\w+`: |\.\s|\.?\Z)", text)
         for names, text in re.findall(r"(?ms)^ {4}(\w[\w, ]*): (.*?)(?=^ {4}\w|\Z)", attributes):
             texts |= {name.strip(): " ".join(text.split()) for name in names.split(",")}
     return [

@@ -14,8 +14,8 @@ from lodbench.kernels.device import Device
 from lodbench.kernels.inputs import as_mesh, with_triangles
 from lodbench.kernels.parameters import Range, check
 from lodbench.kernels.stages.camera import TABLE_SIZE, fit_points, moved
-from lodbench.kernels.stages.look import Look
 from lodbench.kernels.stages.raster import Raster, Side
+from lodbench.kernels.stages.shading import Shading
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import DeviceSurface, Frame, View
 
@@ -90,14 +90,14 @@ def colour_table(name_or_colours: str | ArrayLike) -> NDArray[np.float32]:
     return (np.clip(table, 0, 1) ** 2).astype(np.float32)  # the fragment stage ends with a root
 
 
-def _look(
+def _shading(
     mesh: TriangleMesh,
     colour: str | ArrayLike,
     wireframe: bool,
     cull: bool,
     colour_map: str | ArrayLike,
     colour_range: tuple[float, float] | None,
-) -> Look:
+) -> Shading:
     if isinstance(colour, str):
         if colour not in COLOURS:
             raise ValueError(
@@ -106,7 +106,7 @@ def _look(
         values = mesh.colours if colour == "vertex" else None
         if colour == "vertex" and values is None:
             raise ValueError("colour: expected a mesh with vertex colours for 'vertex', got none")
-        return Look(
+        return Shading(
             smooth=colour in ("smooth", "vertex"),
             wireframe=wireframe or colour == "wireframe",
             by_triangle=colour == "triangle",
@@ -127,7 +127,7 @@ def _look(
     low, high = colour_range or ((values.min(), values.max()) if values.size else (0.0, 1.0))
     span = high / 2 - low / 2  # halves: the whole may be more than float64 holds
     unit = (values / 2 - low / 2) / span if span > 0 else np.zeros_like(values)
-    return Look(
+    return Shading(
         wireframe=wireframe,
         values=np.clip(unit, 0, 1).astype(np.float32),
         values_of=owner,
@@ -179,17 +179,17 @@ def render(
         view = camera if mesh.origin is None else moved(camera, -mesh.origin)
     wireframe, cull = check("wireframe", wireframe, bool), check("cull", cull, bool)
     colour_range = check("colour_range", colour_range, tuple[float, float] | None)
-    look = _look(mesh, colour, wireframe, cull, colour_map, colour_range)
+    shading = _shading(mesh, colour, wireframe, cull, colour_map, colour_range)
     samples = check(
         "samples",
         samples,
         Annotated[int, Range(1, max(MOST_PIXELS // max(view.width, view.height), 1))],
     )
     drawn = replace(view, width=view.width * samples, height=view.height * samples)
-    look = replace(look, line_width=look.line_width * samples)
+    shading = replace(shading, line_width=shading.line_width * samples)
     opened = open_device(device)
-    surface = upload_surface(opened, mesh, normals=look.smooth)
-    raster = Raster(opened, surface, drawn.width, drawn.height, look)
+    surface = upload_surface(opened, mesh, normals=shading.smooth)
+    raster = Raster(opened, surface, drawn.width, drawn.height, shading)
     raster(surface, Frame(drawn), Timeline())
     return _mean(raster.image(), samples)
 

@@ -59,5 +59,7 @@ def method(verb: str, name: str | None, surface: Any) -> Callable[..., Result]:
             raise ValueError(f"method: expected one of {able}, got {preferred!r}")
         if isinstance(surface, system.takes):
             return system.verbs[verb]
-    able = ", ".join(s.name for s in _answering(verb) if isinstance(surface, s.takes)) or "none"
+    able = ", ".join(s.name for s in _answering(verb) if isinstance(surface, s.takes))
+    if not able:
+        raise TypeError(f"{verb}: expected a surface that some system takes, got {kind}")
     raise TypeError(f"method: expected {able} for a {kind}, got {name or 'none'}")

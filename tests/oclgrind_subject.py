@@ -24,7 +24,7 @@ from lodbench.kernels.device import Device
 from lodbench.kernels.program import Launch
 from lodbench.kernels.stages.camera import fit_box
 from lodbench.kernels.stages.compact import Compact
-from lodbench.kernels.stages.raster import Look, Raster
+from lodbench.kernels.stages.raster import Raster, Shading
 from lodbench.kernels.stages.scan import ExclusiveScan
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Frame, Unsupported, run
@@ -97,8 +97,8 @@ def draw(device, prepared, subject):
     """The frame again, drawn, with private maps and with a shared one."""
     view = fit_box((-1, -1, -1), (1, 1, 1), size=SIZE)
     for shared in (False, True):
-        look = Look(wireframe=shared, by_triangle=shared)
-        raster = Raster(device, prepared.output, *SIZE, look, shared=shared, view=view)
+        shading = Shading(wireframe=shared, by_triangle=shared)
+        raster = Raster(device, prepared.output, *SIZE, shading, shared=shared, view=view)
         run(device, prepared, Frame(view), raster)
     counting = Raster(device, prepared.output, *SIZE, count=True, view=view)
     run(device, prepared, Frame(view), counting)

@@ -64,3 +64,45 @@ def test_what_systems_share_imports_no_system_and_no_family_another(name):
 @pytest.mark.parametrize("name", [name for name in GRAPH if name.endswith(".reference")])
 def test_reference_imports_nothing_of_its_host(name):
     assert name.replace(".reference", ".host") not in GRAPH[name]
+
+
+SYSTEMS = {path.parent.name for path in (ROOT / "kernels").glob("*/*/host.py")}
+# the one that says which system a verb prefers, and pictures that are about one
+NAMING = {"lodbench.kernels.verbs", "lodbench.harness.distances"}
+SHARED = [
+    name
+    for name in FILES
+    if not (
+        family(name) or name.startswith(("lodbench.harness.baselines", "lodbench.harness.tables"))
+    )
+]
+
+
+def words(path: Path) -> Iterator[str]:
+    """Every text in a module's code: docstrings, which give examples, are none."""
+    tree = ast.parse(path.read_text("utf-8"))
+    said = {
+        id(node.body[0].value)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+        and node.body and isinstance(node.body[0], ast.Expr)
+    }  # fmt: skip
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in said:
+            yield node.value
+
+
+@pytest.mark.parametrize("name", sorted(set(SHARED) - NAMING))
+def test_no_system_is_named_outside_its_folder_and_the_tables_about_it(name):
+    named = SYSTEMS & set(words(FILES[name]))
+    named -= {"pattern"}  # a role of memory and a regular expression are called so too
+    assert not named
+    assert not [other for other in GRAPH[name] if other.split(".")[-1] in SYSTEMS], GRAPH[name]
+
+
+@pytest.mark.parametrize(
+    "folder", sorted((ROOT / "kernels").glob("*/*/host.py")), ids=lambda path: path.parent.name
+)
+def test_params_stand_in_their_own_file(folder):
+    for path in folder.parent.glob("*.py"):
+        assert path.name == "params.py" or "\nclass Params" not in path.read_text("utf-8")

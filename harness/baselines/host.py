@@ -41,7 +41,7 @@ class HostPrepared:
         device: the device it is compared with; it may use as many threads as that has compute units.
         call: (frame) -> output, the timed work, in whatever form the work ends.
         read: (output) -> the meshes, untimed; ValueError where the output is not a mesh.
-        judge: (meshes) -> was the output right?
+        verdict: (meshes) -> was the output right?
         setup: seconds of what was done once, before `call`.
         input_bytes: what the subject holds of its input.
         count: (output) -> more counters by name, or None.
@@ -50,7 +50,7 @@ class HostPrepared:
     device: Device
     call: Callable[[Frame], Any]
     read: Callable[[Any], Sequence[TriangleMesh]]
-    judge: Callable[[Sequence[TriangleMesh]], Check]
+    verdict: Callable[[Sequence[TriangleMesh]], Check]
     setup: Timeline = field(default_factory=Timeline)
     input_bytes: int = 0
     count: Callable[[Any], Mapping[str, int | float]] | None = None
@@ -75,12 +75,12 @@ class HostPrepared:
         return self.read(self._last)
 
     def check(self) -> Check:
-        """The judge's word; an output that is no mesh at all fails with the reason."""
+        """The verdict; an output that is no mesh at all fails with the reason."""
         try:
             meshes = self.result()
         except ValueError as error:
             return Check(False, f"not a mesh: {error}", float("nan"), 0.0)
-        return self.judge(meshes)
+        return self.verdict(meshes)
 
     def counters(self) -> Mapping[str, int | float]:
         """`vertices` and `triangles` of all meshes together, and what `count` adds."""

@@ -75,7 +75,7 @@ def unchanged(
         device,
         lambda _: (mesh.positions.copy(), mesh.triangles.copy()),
         read=lambda output: meshes(*output),
-        judge=at_most(mesh.triangle_count, slack=0.0),
+        verdict=at_most(mesh.triangle_count, slack=0.0),
         setup=setup,
         input_bytes=mesh.positions.nbytes + mesh.triangles.nbytes,
         count=lambda _: counters,
@@ -105,9 +105,9 @@ def at_most(target: int, slack: float) -> Callable[[Sequence[TriangleMesh]], Che
     `slack` is the share of the target by which the peer may miss it by its own account.
     """
 
-    def judge(result: Sequence[TriangleMesh]) -> Check:
+    def verdict(result: Sequence[TriangleMesh]) -> Check:
         count = sum(mesh.triangle_count for mesh in result)
         excess = max(count - target, 0) / max(target, 1)
         return Check(excess <= slack, "triangles above the target, share of it", excess, slack)
 
-    return judge
+    return verdict

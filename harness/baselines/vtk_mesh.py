@@ -81,7 +81,7 @@ def prepare(
         device,
         call,
         read=read,
-        judge=one_vertex_per_cell(mesh, grid),
+        verdict=one_vertex_per_cell(mesh, grid),
         setup=setup,
         input_bytes=data.GetActualMemorySize() * 1024,
         count=lambda _: counters,
@@ -139,11 +139,11 @@ def one_vertex_per_cell(
     cell = np.clip(((mesh.positions - low) / edge).astype(np.int64), 0, np.array(grid) - 1)
     occupied = len(np.unique(cell @ [1, grid[0], grid[0] * grid[1]]))
 
-    def judge(result: Sequence[TriangleMesh]) -> Check:
+    def verdict(result: Sequence[TriangleMesh]) -> Check:
         count = sum(part.vertex_count for part in result)
         excess = max(count - occupied, 0) / max(occupied, 1)
         return Check(
             excess <= 1e-3, "vertices above the occupied cells, share of them", excess, 1e-3
         )
 
-    return judge
+    return verdict

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from lodbench.harness.charts import bars, curves
-from lodbench.harness.charts.material import Chart, Material, looks
+from lodbench.harness.charts.chart_data import Chart, ChartData, styles
 
-__all__ = ["CHARTS", "Chart", "Material", "looks"]
+__all__ = ["CHARTS", "Chart", "ChartData", "styles"]
 
-CHARTS: dict[str, tuple[str, Callable[[Material], Chart | None]]] = {
+CHARTS: dict[str, tuple[str, Callable[[ChartData], Chart | None]]] = {
     "time": ("Time against size", curves.time_against_triangles),
     "error": ("Error against triangles", curves.error_against_triangles),
     "error-time": ("Error against time", curves.error_against_time),

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import EngFormatter, NullFormatter
 
 from lodbench.harness.amounts import amount
-from lodbench.harness.charts.material import (
+from lodbench.harness.charts.chart_data import (
     FAINT,
     INK,
     ON_COLOUR,
@@ -21,7 +21,7 @@ from lodbench.harness.charts.material import (
     WARNING,
     WIDTH,
     Chart,
-    Material,
+    ChartData,
     by,
     case,
     hidden,
@@ -96,13 +96,13 @@ def _lines(cases: Mapping[str, Sequence[Any]]) -> _Lines:
     return _Lines({n: cases[n] for n in cases if n in kept}, hidden(len(kept), len(cases)))
 
 
-def _bars(material: Material, key: str, label: str, caption: str) -> Chart:
-    rows = material.rows(key)
-    keys = varying(rows, material.facts)
+def _bars(chart_data: ChartData, key: str, label: str, caption: str) -> Chart:
+    rows = chart_data.rows(key)
+    keys = varying(rows, chart_data.facts)
     lines = _lines(by(rows, lambda row: case(row, keys)))
     drawn = lines.drawn
     canvas, axes = lines.axes([row["system"] for row in drawn])
-    unit = material.unit(key)
+    unit = chart_data.unit(key)
     values = [row[key] for row in drawn]
     claims = [
         (row[f"published_{key}"], at)
@@ -119,7 +119,7 @@ def _bars(material: Material, key: str, label: str, caption: str) -> Chart:
         lines.heights,
         values,
         height=0.72,
-        color=[material.look(row["system"])[0] for row in drawn],
+        color=[chart_data.style(row["system"])[0] for row in drawn],
         hatch=["////" if row["status"] == "noisy" else "" for row in drawn],
         edgecolor=PAGE,
         lw=0,
@@ -130,37 +130,37 @@ def _bars(material: Material, key: str, label: str, caption: str) -> Chart:
         )
     if claims:
         axes.plot(*zip(*claims, strict=True), ls="", marker="D", c=INK, mfc=PAGE, ms=4.5)
-        caption += f" Diamonds: published, on other hardware ({material.document['source']})."
+        caption += f" Diamonds: published, on other hardware ({chart_data.document['source']})."
     lines.grid(axes)
     axes.set_xlabel(label)
     noisy = any(row["status"] == "noisy" for row in drawn)
     return Chart(canvas, f"{caption}{' Hatched bars are noisy.' if noisy else ''}{lines.more}")
 
 
-def frames_per_second(material: Material) -> Chart | None:
+def frames_per_second(chart_data: ChartData) -> Chart | None:
     """Whole frames per second by case and system, logarithmic; without any, those of the stages before the raster."""
-    return _rates(material, "frame_fps", "with raster and shading") or _rates(material, *STAGES)
+    return _rates(chart_data, "frame_fps", "with raster and shading") or _rates(chart_data, *STAGES)
 
 
-def stages_per_second(material: Material) -> Chart | None:
+def stages_per_second(chart_data: ChartData) -> Chart | None:
     """Frames per second without drawing, where whole frames were drawn as well."""
-    drawn = {row["system"] for row in material.rows("frame_fps")}
-    return _rates(material, *STAGES) if len(drawn) > 1 else None
+    drawn = {row["system"] for row in chart_data.rows("frame_fps")}
+    return _rates(chart_data, *STAGES) if len(drawn) > 1 else None
 
 
 STAGES = ("stage_fps", "up to and including the geometry stage")
 
 
-def _rates(material: Material, key: str, what: str) -> Chart | None:
-    if len({row["system"] for row in material.rows(key)}) < 2:
+def _rates(chart_data: ChartData, key: str, what: str) -> Chart | None:
+    if len({row["system"] for row in chart_data.rows(key)}) < 2:
         return None  # bars compare systems
-    return _bars(material, key, f"frames per second ({what})", "From median wall time.")
+    return _bars(chart_data, key, f"frames per second ({what})", "From median wall time.")
 
 
-def footprint(material: Material) -> Chart | None:
+def footprint(chart_data: ChartData) -> Chart | None:
     """Bytes that must stay in memory to draw the surface, where systems mostly differ by a factor of two."""
-    rows = material.rows("stored_bytes")
-    keys = varying(rows, material.facts)
+    rows = chart_data.rows("stored_bytes")
+    keys = varying(rows, chart_data.facts)
     values = [
         [row["stored_bytes"] for row in part]
         for part in by(rows, lambda row: case(row, keys)).values()
@@ -168,28 +168,28 @@ def footprint(material: Material) -> Chart | None:
     if not values or np.median([max(part) / min(part) for part in values]) < 2:
         return None
     return _bars(
-        material, "stored_bytes", "stored", "Bytes that must stay in memory to draw the surface."
+        chart_data, "stored_bytes", "stored", "Bytes that must stay in memory to draw the surface."
     )
 
 
-def _subjects(material: Material) -> dict[str, list[tuple[GroupRecord, SubjectRecord]]]:
+def _subjects(chart_data: ChartData) -> dict[str, list[tuple[GroupRecord, SubjectRecord]]]:
     """Every subject with samples, by case."""
-    facts = [{**group.facts, "dataset": group.dataset} for group in material.groups]
-    every = material.facts or list(dict.fromkeys(key for fact in facts for key in fact))
+    facts = [{**group.facts, "dataset": group.dataset} for group in chart_data.groups]
+    every = chart_data.facts or list(dict.fromkeys(key for fact in facts for key in fact))
     keys = varying(facts, every) or varying(facts, ["dataset", *facts[0]] if facts else [])
     found: dict[str, list[tuple[GroupRecord, SubjectRecord]]] = {}
-    for group, fact in zip(material.groups, facts, strict=True):
+    for group, fact in zip(chart_data.groups, facts, strict=True):
         for subject in group.subjects.values():
             if subject.samples:
                 found.setdefault(case(fact, keys), []).append((group, subject))
     return found
 
 
-def stages(material: Material) -> Chart | None:
+def stages(chart_data: ChartData) -> Chart | None:
     """Where a frame's device time goes: the share of each stage, with the sum beside it."""
     cases = {
         name: several
-        for name, part in _subjects(material).items()
+        for name, part in _subjects(chart_data).items()
         if (several := [subject for _, subject in part if len(subject.stages) > 1])
     }
     if not cases:
@@ -226,9 +226,9 @@ def stages(material: Material) -> Chart | None:
     return Chart(canvas, f"Time by stage, medians; their sum stands to the right.{lines.more}")
 
 
-def samples(material: Material) -> Chart | None:
+def samples(chart_data: ChartData) -> Chart | None:
     """Every sample as a dot, relative to its subject's median; noisy subjects are marked."""
-    lines = _lines(_subjects(material))
+    lines = _lines(_subjects(chart_data))
     drawn: list[tuple[GroupRecord, SubjectRecord]] = lines.drawn
     if not drawn:
         return None
@@ -254,7 +254,7 @@ def samples(material: Material) -> Chart | None:
         y = at + 0.5 * (
             (np.arange(len(x)) * 0.618034) % 1 - 0.5
         )  # spread evenly, the same each time
-        colour = material.look(subject.label)[0]
+        colour = chart_data.style(subject.label)[0]
         inside = np.abs(x) <= edge
         axes.plot(
             x[inside], y[inside], ls="", marker="o", ms=3, alpha=0.8, c=colour,

@@ -11,13 +11,13 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import EngFormatter, FuncFormatter, LogLocator, NullFormatter
 
-from lodbench.harness.charts.material import (
+from lodbench.harness.charts.chart_data import (
     PAGE,
     WIDTH,
     Chart,
-    Look,
-    Material,
+    ChartData,
     Row,
+    Style,
     by,
     case,
     hidden,
@@ -98,9 +98,9 @@ def _label_ends(axes: Axes, ends: list[tuple[float, float, str, str]]) -> None:
         )
 
 
-def _curve(axes: Axes, look: Look, rows: list[Row], x: str, y: str, label: str) -> Row:
+def _curve(axes: Axes, style: Style, rows: list[Row], x: str, y: str, label: str) -> Row:
     """One system's points, joined through the median of each place; hollow where noisy. Returns the last row."""
-    colour, marker = look
+    colour, marker = style
     rows = sorted(rows, key=lambda row: row[x])
     places = {row[x]: [other[y] for other in rows if other[x] == row[x]] for row in rows}
     axes.plot([*places], [np.median(found) for found in places.values()], c=colour)
@@ -121,7 +121,7 @@ def _curve(axes: Axes, look: Look, rows: list[Row], x: str, y: str, label: str) 
 
 
 def _draw(
-    material: Material,
+    chart_data: ChartData,
     rows: Sequence[Row],
     panel_keys: Sequence[str],
     x: tuple[str, str, str],
@@ -141,11 +141,11 @@ def _draw(
         axes.grid(True)
         ends = []
         for name, own in by(part, lambda row: row["system"]).items():
-            look = material.look(name)
-            last = _curve(axes, look, own, x[0], y[0], name)
+            style = chart_data.style(name)
+            last = _curve(axes, style, own, x[0], y[0], name)
             fit = log_slope([row[x[0]] for row in own], [row[y[0]] for row in own])
             power = f"  n^{fit[0]:.2f}" if fitted and fit and len(own) > 2 else ""
-            ends.append((last[x[0]], last[y[0]], name + power, look[0]))
+            ends.append((last[x[0]], last[y[0]], name + power, style[0]))
         if len(panels) == 1:
             _label_ends(axes, ends)
     size: dict[str, Any] = {"size": "medium"}
@@ -159,22 +159,22 @@ def _draw(
     return canvas, f" Hollow marks are noisy.{hidden(len(panels), cases)}"
 
 
-def time_against_triangles(material: Material) -> Chart | None:
+def time_against_triangles(chart_data: ChartData) -> Chart | None:
     """Median wall time against triangles in, else out, else vertices; both logarithmic, with the fitted power."""
     for x in ("triangles_in", "triangles_out", "vertices"):
-        rows = material.rows("wall_s", x)
+        rows = chart_data.rows("wall_s", x)
         systems = by(rows, lambda row: row["system"]).values()
         if any(len({row[x] for row in own}) > 1 for own in systems):
             break
     else:
         return None
-    keys = [key for key in varying(rows, material.facts) if key not in NOT_A_PANEL]
+    keys = [key for key in varying(rows, chart_data.facts) if key not in NOT_A_PANEL]
     if x != "triangles_in":
         # the facts are what makes the size, and a dataset that is one size of many is no panel
         keys = [key for key in varying(rows, (*SIZES, "dataset")) if key == "dataset"]
     label = spoken(x)
     canvas, more = _draw(
-        material, rows, keys, (x, label, ""), ("wall_s", "wall time", "s"), fitted=True
+        chart_data, rows, keys, (x, label, ""), ("wall_s", "wall time", "s"), fitted=True
     )
     return Chart(
         canvas, f"Median wall time of a frame against {label}; n^p is the fitted power.{more}"
@@ -184,14 +184,14 @@ def time_against_triangles(material: Material) -> Chart | None:
 ERROR = ("rms_error", "RMS error / diagonal", "1")
 
 
-def error_against_triangles(material: Material) -> Chart | None:
+def error_against_triangles(chart_data: ChartData) -> Chart | None:
     """RMS error against triangles left, where a system was asked for more than one count of a dataset."""
-    rows = material.rows("triangles_out", "rms_error")
+    rows = chart_data.rows("triangles_out", "rms_error")
     curves = by(rows, lambda row: f"{row.get('dataset')} {row['system']}").values()
     if not any(len({row["triangles_out"] for row in own}) > 1 for own in curves):
         return None
     canvas, more = _draw(
-        material, rows, varying(rows, ["dataset"]), ("triangles_out", "triangles out", ""), ERROR
+        chart_data, rows, varying(rows, ["dataset"]), ("triangles_out", "triangles out", ""), ERROR
     )
     return Chart(
         canvas,
@@ -200,13 +200,13 @@ def error_against_triangles(material: Material) -> Chart | None:
     )
 
 
-def error_against_time(material: Material) -> Chart | None:
+def error_against_time(chart_data: ChartData) -> Chart | None:
     """RMS error against wall time: down and to the left is better."""
-    rows = material.rows("wall_s", "rms_error")
+    rows = chart_data.rows("wall_s", "rms_error")
     if len({row["system"] for row in rows}) < 2:
         return None
     keys = varying(rows, ["dataset"])
-    canvas, more = _draw(material, rows, keys, ("wall_s", "wall time", "s"), ERROR, shared=False)
+    canvas, more = _draw(chart_data, rows, keys, ("wall_s", "wall time", "s"), ERROR, shared=False)
     return Chart(
         canvas,
         "RMS distance from the input to the result against wall time: down and to the left is better. "
@@ -214,16 +214,18 @@ def error_against_time(material: Material) -> Chart | None:
     )
 
 
-def along_path(material: Material) -> Chart | None:
+def along_path(chart_data: ChartData) -> Chart | None:
     """Seconds of a frame and triangles drawn at each view of a camera path, one panel each and path."""
-    groups = [group for group in material.groups if any(s.path_s for s in group.subjects.values())]
+    groups = [
+        group for group in chart_data.groups if any(s.path_s for s in group.subjects.values())
+    ]
     if not groups:
         return None
     canvas = Canvas(figsize=(WIDTH, 1.2 + 2.2 * len(groups)), layout="constrained")
     grid = canvas.subplots(len(groups), 2, squeeze=False, sharex=True)
     for group, (times, drawn) in zip(groups, grid, strict=True):
         for label, subject in group.subjects.items():
-            colour, _ = material.look(label)
+            colour, _ = chart_data.style(label)
             spread = {step: np.quantile(s, (0.25, 0.5, 0.75)) for step, s in subject.path_s.items()}
             low, middle, high = 1e3 * np.array([spread[step] for step in sorted(spread)]).T
             times.plot(sorted(spread), middle, c=colour, label=label)

@@ -81,7 +81,7 @@ def groups(quick: bool) -> list[Group]:
 def _subjects(count: int) -> tuple[Subject, ...]:
     # without a view, drawn or not: the count decides
     size: dict[str, Any] = {"n": LEVEL, "target_count": count, "view": "none"}
-    fitted = {**size, "placement": "fitted", "measure": "share"}
+    fitted = {**size, "placement": "fitted", "error_metric": "rms_share"}
     return (
         Subject(OURS, size, draw=DRAW),
         Subject(OURS, size, "one_core", one_core=True),

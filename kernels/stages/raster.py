@@ -11,8 +11,8 @@ from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.parameters import Range, check
 from lodbench.kernels.program import Buffer, Launch, Program
 from lodbench.kernels.stages.camera import to_screen
-from lodbench.kernels.stages.look import Look, lights
 from lodbench.kernels.stages.scan import chunk_local
+from lodbench.kernels.stages.shading import Shading, lights
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import DeviceSurface, Frame, View
 
@@ -43,7 +43,7 @@ class Raster:
         surface: of any topology; later calls may pass others, instanced or not as it is: more vertices, more memory.
         width: pixels, 1 to 16384.
         height: pixels, 1 to 16384.
-        look: how it is drawn.
+        shading: how it is drawn.
         view: what is seen in frames that bring no view.
         maps: private maps; None takes one per compute unit, at most 16.
         shared: one map with atomics; None: where the device is no CPU.
@@ -63,7 +63,7 @@ class Raster:
         surface: DeviceSurface,
         width: int = 1280,
         height: int = 1024,
-        look: Look | None = None,
+        shading: Shading | None = None,
         *,
         view: View | None = None,
         maps: int | None = None,
@@ -74,7 +74,7 @@ class Raster:
         for name, size in (("width", width), ("height", height)):
             check(name, size, Side)
         self.device, self.width, self.height = device, width, height
-        self.look = look or Look()
+        self.shading = shading or Shading()
         self._view, self._count = view, count
         self._across = -(-width // TILE)
         self._tiles = self._across * -(-height // TILE)
@@ -90,11 +90,11 @@ class Raster:
         self._launch_all(surface)
 
     def _allocate(self, surface: DeviceSurface) -> None:
-        device, look = self.device, self.look
+        device, shading = self.device, self.shading
         ramp = np.linspace(0, 1, 256, dtype=np.float32)[:, None].repeat(4, 1)
-        if look.colour_map is not None:
-            ramp[:, :3] = np.asarray(look.colour_map, np.float32)[:, :3]
-        values = np.zeros(1, np.float32) if look.values is None else np.ravel(look.values)
+        if shading.colour_map is not None:
+            ramp[:, :3] = np.asarray(shading.colour_map, np.float32)[:, :3]
+        values = np.zeros(1, np.float32) if shading.values is None else np.ravel(shading.values)
         self._all = device.upload("live", np.full(2, 0xFFFFFFFF, np.uint32))  # kernels cut to size
         self._buffers = {
             "screen": self._screen(surface),
@@ -112,20 +112,20 @@ class Raster:
 
     def _values_per(self, surface: DeviceSurface) -> int:
         """Triangles that share one value: 1, or those of an instance."""
-        look = self.look
-        if look.values is None:
+        shading = self.shading
+        if shading.values is None:
             return 1
-        have = len(look.values)
-        wanted = surface.vertex_count if look.values_of == "vertices" else surface.triangle_count
-        if look.values_of == "triangles" and have == surface.instances > 1:
+        have = len(shading.values)
+        wanted = surface.vertex_count if shading.values_of == "vertices" else surface.triangle_count
+        if shading.values_of == "triangles" and have == surface.instances > 1:
             return surface.triangle_count // surface.instances
         if have != wanted:
-            raise ValueError(f"values: expected {wanted} of {look.values_of}, got {have}")
+            raise ValueError(f"values: expected {wanted} of {shading.values_of}, got {have}")
         return 1
 
     def _of_surface(self, surface: DeviceSurface) -> dict[str, Any]:
         """The arguments that another surface changes."""
-        smooth = self.look.smooth and surface.normals is not None
+        smooth = self.shading.smooth and surface.normals is not None
         return {
             "positions": surface.positions,
             "normals": surface.normals if smooth else surface.positions,
@@ -140,7 +140,7 @@ class Raster:
 
     def _arguments(self, surface: DeviceSurface) -> dict[str, Any]:
         """Every kernel's arguments by name; those that depend on the view are set by the first call."""
-        look = self.look
+        shading = self.shading
         none = (0.0, 0.0, 1.0, 0.0)
         return {
             **self._buffers,
@@ -150,11 +150,11 @@ class Raster:
             "fill_light": none,
             "sky_light": none,
             "highlight": none,
-            "surface_colour": (*look.surface, 1.0),
-            "background_top": (*look.background[0], 1.0),
-            "background_bottom": (*look.background[1], 1.0),
-            "line_width": look.line_width,
-            "cull": int(look.cull),
+            "surface_colour": (*shading.surface, 1.0),
+            "background_top": (*shading.background[0], 1.0),
+            "background_bottom": (*shading.background[1], 1.0),
+            "line_width": shading.line_width,
+            "cull": int(shading.cull),
             "width": self.width,
             "height": self.height,
             "large_pixels": max(LARGE_PIXELS, self.width * self.height // 256),
@@ -169,16 +169,16 @@ class Raster:
 
     def _launch_all(self, surface: DeviceSurface) -> None:
         """Build, bind and run once on no triangles, so that every kernel is compiled before the first frame."""
-        device, look = self.device, self.look
+        device, shading = self.device, self.shading
         arguments = self._arguments(surface)
         modes = (("SHARED", self._shared), ("COUNT", self._count))
-        colour = 1 if look.by_triangle else 0
-        if look.values is not None:
-            colour = 4 if look.values.ndim == 2 else 2 + (look.values_of == "vertices")
-        shading = {
-            "SMOOTH": int(look.smooth and surface.normals is not None),
+        colour = 1 if shading.by_triangle else 0
+        if shading.values is not None:
+            colour = 4 if shading.values.ndim == 2 else 2 + (shading.values_of == "vertices")
+        defines = {
+            "SMOOTH": int(shading.smooth and surface.normals is not None),
             "COLOUR": colour,
-            "WIRE": int(look.wireframe),
+            "WIRE": int(shading.wireframe),
             "INSTANCED": int(surface.instances > 1),
         }
         # one program with the vertex stage: most of a build's time goes to the driver's own headers
@@ -197,7 +197,7 @@ class Raster:
         )
         self._large = launch(raster, "stages_raster_large", self._tiles, RASTER, self._local)
         self._shade = launch(
-            device.build("stages/fragment.cl", defines=shading),
+            device.build("stages/fragment.cl", defines=defines),
             "stages_fragment_shade",
             self._tiles * TILE // arguments["rows_per_item"],
             FRAGMENT,

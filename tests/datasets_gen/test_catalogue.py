@@ -69,6 +69,8 @@ def test_any_size_of_a_shape_can_be_asked_for(nowhere):
 def test_sorted_is_the_same_surface_under_its_own_name(nowhere):
     plain, by_place = (catalogue.load(f"displaced_icosphere_2k{s}") for s in ("", "_sorted"))
     assert by_place.name == "displaced_icosphere_2k_sorted"
+    standins = [catalogue.find(f"bunny_69k_standin{s}").standin for s in ("", "_sorted")]
+    assert standins == [True, True] and not by_place.standin, "sorted, it is a stand-in still"
     assert topology(by_place.surface).volume == pytest.approx(topology(plain.surface).volume)
     assert not np.array_equal(by_place.surface.triangles, plain.surface.triangles)
     write_mesh_into(nowhere, "real", triangles.torus(9, 5))

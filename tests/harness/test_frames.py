@@ -5,11 +5,11 @@ import pytest
 
 from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness import tables
-from lodbench.harness.entrant import Entrant
 from lodbench.harness.folder import open_folder
 from lodbench.harness.group import Draw, Group, Subject
 from lodbench.harness.record import SAMPLES, read_rows, read_run
 from lodbench.harness.run import PATH_ROUNDS, Session, _zoomed
+from lodbench.harness.trial import Trial
 from lodbench.kernels.stages.paths import CameraPath
 
 SIZE = (64, 48)
@@ -62,11 +62,11 @@ def test_frames_drawn_apart_follow_the_samples_in_turns_of_their_own(measure):
 
 
 def test_samples_have_no_view_where_frames_are_drawn_apart(device):
-    entrant = Entrant(pattern(draw=Draw(SIZE, apart=True)))
-    entrant.enter(icosphere(1), lambda: device, {}, lambda kind, **row: None, keep_mesh=False)
-    assert entrant.view.view is None
-    assert entrant.seen.view is not None
-    assert (entrant.seen.view.width, entrant.seen.view.height) == SIZE
+    trial = Trial(pattern(draw=Draw(SIZE, apart=True)))
+    trial.enter(icosphere(1), lambda: device, {}, lambda kind, **row: None, keep_mesh=False)
+    assert trial.view.view is None
+    assert trial.seen.view is not None
+    assert (trial.seen.view.width, trial.seen.view.height) == SIZE
 
 
 def test_group_that_runs_once_counts_the_first_frame_and_takes_no_other(measure):
@@ -116,14 +116,14 @@ class LeavesNothingNear:
 
 @pytest.mark.parametrize(("apart", "status"), [(True, "ok"), (False, "skipped")])
 def test_frame_that_leaves_nothing_to_draw_has_no_time(device, apart, status):
-    entrant = Entrant(pattern(draw=Draw(SIZE, apart=apart)))
-    entrant.enter(icosphere(1), lambda: device, {}, lambda kind, **row: None, keep_mesh=False)
-    entrant.prepared = LeavesNothingNear(entrant.prepared, frames=1)
-    frame = entrant.whole_frame if apart else entrant.frame
+    trial = Trial(pattern(draw=Draw(SIZE, apart=apart)))
+    trial.enter(icosphere(1), lambda: device, {}, lambda kind, **row: None, keep_mesh=False)
+    trial.prepared = LeavesNothingNear(trial.prepared, frames=1)
+    frame = trial.whole_frame if apart else trial.frame
     assert frame() is not None
     assert frame() is None
-    assert entrant.status == status
-    why = entrant.facts["frame_reason"] if apart else entrant.reason
+    assert trial.status == status
+    why = trial.facts["frame_reason"] if apart else trial.reason
     assert why == "needs a surface on the device to draw, subject leaves none"
 
 

@@ -5,8 +5,8 @@ import pytest
 from matplotlib import rcParams
 from PIL import Image
 
-from lodbench.harness.charts import CHARTS, Material, bars, curves, looks
-from lodbench.harness.charts.material import case, varying
+from lodbench.harness.charts import CHARTS, ChartData, bars, curves, styles
+from lodbench.harness.charts.chart_data import case, varying
 from lodbench.harness.plots import documents, write_figures
 from lodbench.harness.record import read_run
 from tests.harness.made_run import edit_table, make_run
@@ -22,10 +22,10 @@ def figures(run_folder):
     return write_figures(run_folder)
 
 
-def material(folder, name):
+def chart_data(folder, name):
     run = read_run(folder)
     made = next(made for made in documents(folder) if made["id"] == name)
-    return Material(made, run.of_table(name), looks([[row["system"] for row in made["rows"]]]))
+    return ChartData(made, run.of_table(name), styles([[row["system"] for row in made["rows"]]]))
 
 
 def texts(canvas):
@@ -61,7 +61,7 @@ def test_figures_have_the_same_bytes_each_time_and_leave_the_users_style_alone(r
 
 
 def test_time_curves_carry_the_fitted_power(run_folder):
-    chart = curves.time_against_triangles(material(run_folder, "clustering"))
+    chart = curves.time_against_triangles(chart_data(run_folder, "clustering"))
     assert chart is not None
     # the made-up time is 0.9 us per triangle and 0.2 ms: all but linear
     assert "fast_simplification  n^1.00" in texts(chart.canvas)
@@ -69,7 +69,7 @@ def test_time_curves_carry_the_fitted_power(run_folder):
 
 
 def test_datasets_of_several_sizes_each_are_panels_of_the_time_chart(run_folder):
-    m = material(run_folder, "clustering")
+    m = chart_data(run_folder, "clustering")
     assert len(curves.time_against_triangles(m).canvas.axes) == 1  # each dataset is one size
     sizes = sorted({row["triangles_in"] for row in m.document["rows"]})
     for row in m.document["rows"]:
@@ -78,7 +78,7 @@ def test_datasets_of_several_sizes_each_are_panels_of_the_time_chart(run_folder)
 
 
 def test_labels_of_curves_that_end_together_do_not_overlap(run_folder):
-    m = material(run_folder, "clustering")
+    m = chart_data(run_folder, "clustering")
     for row in m.document["rows"]:
         if row["wall_s"]:
             row["wall_s"] = 1e-8 * row["triangles_in"]
@@ -90,13 +90,13 @@ def test_labels_of_curves_that_end_together_do_not_overlap(run_folder):
 
 
 def test_failed_rows_are_not_drawn(run_folder):
-    chart = bars.frames_per_second(material(run_folder, "patterns"))
+    chart = bars.frames_per_second(chart_data(run_folder, "patterns"))
     assert chart is not None
     assert len(chart.canvas.axes[0].patches) == 11  # 12 rows, one of them failed
 
 
 def test_published_values_are_marked_and_their_hardware_named(run_folder):
-    chart = bars.frames_per_second(material(run_folder, "patterns"))
+    chart = bars.frames_per_second(chart_data(run_folder, "patterns"))
     assert chart is not None
     diamonds = [line for line in chart.canvas.axes[0].lines if line.get_marker() == "D"]
     assert sorted(diamonds[0].get_xdata()) == [105.0, 411.0, 912.0]
@@ -104,25 +104,25 @@ def test_published_values_are_marked_and_their_hardware_named(run_folder):
 
 
 def test_footprint_is_left_out_where_all_store_alike(run_folder):
-    assert bars.footprint(material(run_folder, "clustering")) is None
+    assert bars.footprint(chart_data(run_folder, "clustering")) is None
 
 
 def test_stage_shares_add_up_to_the_whole(run_folder):
-    chart = bars.stages(material(run_folder, "clustering"))
+    chart = bars.stages(chart_data(run_folder, "clustering"))
     assert chart is not None
     widths = [patch.get_width() for patch in chart.canvas.axes[0].patches]
     assert sum(widths) == pytest.approx(100 * 4)  # four bars
 
 
 def test_noisy_subjects_are_marked_in_the_sample_strip(run_folder):
-    chart = bars.samples(material(run_folder, "clustering"))
+    chart = bars.samples(chart_data(run_folder, "clustering"))
     assert chart is not None
     names = [label.get_text() for label in chart.canvas.axes[0].get_yticklabels()]
     assert names.count("numpy_quadric_clustering (noisy)") == 1
 
 
 def test_too_many_cases_are_counted_in_the_caption(run_folder):
-    m = material(run_folder, "clustering")
+    m = chart_data(run_folder, "clustering")
     lines = bars._lines({str(i): list(range(30)) for i in range(4)})
     assert list(lines.cases) == ["3"]
     assert lines.more == " 1 of 4 cases are drawn; all are in the table."
@@ -130,7 +130,7 @@ def test_too_many_cases_are_counted_in_the_caption(run_folder):
 
 
 def test_error_curves_need_several_counts_of_one_dataset(run_folder):
-    m = material(run_folder, "clustering")
+    m = chart_data(run_folder, "clustering")
     assert curves.error_against_triangles(m) is None
     for row in m.document["rows"]:
         row["dataset"] = "one"
@@ -140,12 +140,12 @@ def test_error_curves_need_several_counts_of_one_dataset(run_folder):
 @pytest.mark.parametrize("kind", CHARTS)
 def test_chart_of_an_empty_table_is_left_out(kind):
     empty = {"id": "e", "title": "", "source": "", "device": "", "columns": [], "rows": []}
-    assert CHARTS[kind][1](Material(empty, [], {})) is None
+    assert CHARTS[kind][1](ChartData(empty, [], {})) is None
 
 
 def test_looks_are_shared_between_tables_and_differ_within_one():
     many = [f"s{i}" for i in range(12)]
-    found = looks([["a", "b"], ["c", "b"], many])
+    found = styles([["a", "b"], ["c", "b"], many])
     assert found["c"] == found["a"]  # never seen together
     assert len({found[name] for name in many}) == 12
 

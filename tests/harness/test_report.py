@@ -7,9 +7,9 @@ import zlib
 import pytest
 
 from lodbench.harness import plots
-from lodbench.harness.cells import columns, headlines, lines
 from lodbench.harness.plots import documents
 from lodbench.harness.report import inline, write_report
+from lodbench.harness.table_view import columns, headlines, lines
 from tests.harness.made_run import edit_table, make_run
 
 VOID = {"meta", "link", "img", "br", "input", "path", "use", "rect", "line", "circle", "stop"}

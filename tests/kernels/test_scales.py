@@ -33,10 +33,10 @@ def scaled(power: int, along: int | None = None) -> TriangleMesh:
 
 
 @pytest.mark.parametrize("power", [-100, -64, 64, 127])
-@pytest.mark.parametrize("look", [{}, {"colour": "flat"}, {"wireframe": True}], ids=str)
-def test_picture_does_not_depend_on_the_unit(device, power, look):
-    expected = render(BALL, size=SIZE, device=device, **look)
-    image = render(scaled(power), size=SIZE, device=device, **look)
+@pytest.mark.parametrize("shading", [{}, {"colour": "flat"}, {"wireframe": True}], ids=str)
+def test_picture_does_not_depend_on_the_unit(device, power, shading):
+    expected = render(BALL, size=SIZE, device=device, **shading)
+    image = render(scaled(power), size=SIZE, device=device, **shading)
     np.testing.assert_array_equal(image, expected)
 
 

@@ -66,7 +66,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         device,
         call,
         read=lambda output: meshes(output[0] / scale, output[1]),
-        judge=at_most(target, slack),
+        verdict=at_most(target, slack),
         setup=setup,
         input_bytes=points.nbytes + faces.nbytes,
     )

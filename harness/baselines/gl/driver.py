@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.kernels.device import Unsupported
-from lodbench.kernels.stages.look import Look, lights
+from lodbench.kernels.stages.shading import Shading, lights
 from lodbench.kernels.system import View
 
 SHADERS = Path(__file__).parent
@@ -94,17 +94,17 @@ class Canvas:
     Args:
         width: pixels.
         height: pixels.
-        look: colours, as for `Raster`.
+        shading: colours, as for `Raster`.
     """
 
-    def __init__(self, width: int, height: int, look: Look) -> None:
+    def __init__(self, width: int, height: int, shading: Shading) -> None:
         gl = self.gl = context()
-        self.width, self.height, self.look = width, height, look
+        self.width, self.height, self.shading = width, height, shading
         self.colour = gl.texture((width, height), 4)
         self.depth = gl.depth_texture((width, height))
         self.target = gl.framebuffer([self.colour], self.depth)
         self._background = build("background.vert", "background.frag")
-        top, bottom = look.background
+        top, bottom = shading.background
         assign(self._background, {"top": top, "bottom": bottom})
         self._nothing = gl.vertex_array(self._background, [])
 
@@ -117,7 +117,7 @@ class Canvas:
         self.target.clear(depth=1.0)
         self._nothing.render(vertices=3)
         gl.enable(gl.DEPTH_TEST)
-        if self.look.cull:
+        if self.shading.cull:
             gl.enable(gl.CULL_FACE)
 
     def image(self) -> NDArray[np.uint8]:
@@ -131,7 +131,7 @@ class Canvas:
         return data.reshape(self.height, self.width)[::-1].copy()
 
 
-def view_uniforms(view: View, look: Look) -> dict[str, Any]:
+def view_uniforms(view: View, shading: Shading) -> dict[str, Any]:
     """The uniforms of `surface.vert` and `surface.frag` for a view."""
     matrix = tuple(view.world_to_clip.T.astype(np.float32).ravel().tolist())
-    return {"world_to_clip": matrix, "surface_colour": look.surface, **lights(view)}
+    return {"world_to_clip": matrix, "surface_colour": shading.surface, **lights(view)}

@@ -23,8 +23,8 @@ from lodbench.kernels.refine.pattern.attributes import canonical
 from lodbench.kernels.refine.pattern.host import TOLERANCE
 from lodbench.kernels.refine.pattern.reference import largest_error
 from lodbench.kernels.render import mesh_view
-from lodbench.kernels.stages.look import Look
 from lodbench.kernels.stages.raster import Side
+from lodbench.kernels.stages.shading import Shading
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, Footprint, Frame, Traffic, View
 
@@ -58,15 +58,15 @@ class Refined(ABC):
 
     output: None = None
 
-    def __init__(self, mesh: TriangleMesh, params: Params, look: Look | None = None) -> None:
+    def __init__(self, mesh: TriangleMesh, params: Params, shading: Shading | None = None) -> None:
         self.setup = Timeline()
-        self.params, self.look = params, look or Look()
+        self.params, self.shading = params, shading or Shading()
         self.mesh = canonical(mesh)
         self.coarse = self.mesh.triangle_count
         with self.setup.host("context"):
             self.gl = context()
         with self.setup.host("build"):
-            self.canvas = Canvas(params.width, params.height, self.look)
+            self.canvas = Canvas(params.width, params.height, self.shading)
             self.draw_program, self.feedback_program = self.programs()
         self._view = mesh_view(self.mesh, size=(params.width, params.height))
         self._kept: Any = None
@@ -128,7 +128,7 @@ class Refined(ABC):
             if coarse:
                 self._keep_in(self._kept)
         else:
-            assign(self.draw_program, view_uniforms(view, self.look))
+            assign(self.draw_program, view_uniforms(view, self.shading))
             self.canvas.begin()
             if coarse:
                 self.draw(coarse)

@@ -103,7 +103,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         with setup.host("fill_cache"):
             call(None)
 
-    def judge(_) -> Check:
+    def verdict(_) -> Check:
         made = last[0]
         off = abs(made.spherical.degree - 1) + made.spherical.flipped if made else 0.0
         return Check(off < 1e-6, "triangles turned over, and degree off 1", off, 1e-6)
@@ -112,7 +112,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         device,
         call,
         read=lambda made: [full_mesh(made.image) if made else empty],
-        judge=judge,
+        verdict=verdict,
         setup=setup,
         input_bytes=mesh.positions.nbytes + mesh.triangles.nbytes,
         count=lambda made: _count(mesh, made),

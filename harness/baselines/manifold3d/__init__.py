@@ -73,7 +73,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         device,
         call,
         read=lambda made: meshes(made.vert_properties[:, :3], made.tri_verts),
-        judge=at_most(target, slack=0.0),
+        verdict=at_most(target, slack=0.0),
         setup=setup,
         input_bytes=mesh.positions.nbytes + mesh.triangles.nbytes,
     )

@@ -58,7 +58,7 @@ def prepare(
         call,
         read=lambda count: used_only(points, kept[:count].reshape(-1, 3)),
         # it stops where no collapse keeps the topology: a closed surface always has one to give
-        judge=at_most(target, slack=0.0 if params.target_error >= 1 else np.inf),
+        verdict=at_most(target, slack=0.0 if params.target_error >= 1 else np.inf),
         input_bytes=points.nbytes + indices.nbytes,
     )
 

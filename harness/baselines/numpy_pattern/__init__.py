@@ -79,7 +79,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         points, directions = (values.transpose(0, 2, 1).reshape(-1, 3) for values in output)
         return [refined_mesh(mesh, params.segments, points, directions)]
 
-    def judge(meshes: object) -> Check:
+    def verdict(meshes: object) -> Check:
         chosen = np.unique(np.linspace(0, max(count - 1, 0), min(64, count)).astype(np.int64))
         corners = mesh.triangles[chosen]
         worst = 0.0
@@ -96,7 +96,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         )
         return Check(worst <= TOLERANCE, what, worst, TOLERANCE)
 
-    return HostPrepared(device, call, read, judge, setup, input_bytes=P.nbytes + N.nbytes)
+    return HostPrepared(device, call, read, verdict, setup, input_bytes=P.nbytes + N.nbytes)
 
 
 def _planes(corners: Floats) -> Floats:

@@ -19,9 +19,9 @@ from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import found_grid, unchanged
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering import Params as KernelParams
-from lodbench.kernels.cluster.quadric_clustering.judge import judge
 from lodbench.kernels.cluster.quadric_clustering.params import Placement
 from lodbench.kernels.cluster.quadric_clustering.reference import simplify
+from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.survivors import host_survivors
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.unchanged import without_duplicates
@@ -176,7 +176,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         device,
         lambda _: cluster(mesh, params),
         read=lambda output: [TriangleMesh(*output)],
-        judge=lambda meshes: judge(meshes[0], simplify(mesh, params.kernel())),
+        verdict=lambda meshes: verdict(meshes[0], simplify(mesh, params.kernel())),
         setup=setup,
         input_bytes=mesh.positions.nbytes + mesh.triangles.nbytes,
         count=lambda _: counters,

@@ -30,7 +30,7 @@ from lodbench.kernels.geometry_image.quadtree_lod.reference import (
     node_states,
 )
 from lodbench.kernels.geometry_image.quadtree_lod.tree import unit_scale
-from lodbench.kernels.geometry_image.quadtree_lod.view import Detail, at_most_float32
+from lodbench.kernels.geometry_image.quadtree_lod.view import LodCriterion, at_most_float32
 from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, System
@@ -61,7 +61,7 @@ class Params(Parameters):
         )
 
 
-def _judge(mesh: TriangleMesh, expected: TriangleMesh) -> Check:
+def _verdict(mesh: TriangleMesh, expected: TriangleMesh) -> Check:
     """Vertices and triangles against the reference's, and what the triangles enclose."""
     wrong = abs(mesh.vertex_count - expected.vertex_count)
     wrong += abs(mesh.triangle_count - expected.triangle_count)
@@ -88,7 +88,7 @@ def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) 
             device,
             lambda _: empty,
             read=lambda mesh: [mesh],
-            judge=lambda meshes: _judge(meshes[0], empty),
+            verdict=lambda meshes: _verdict(meshes[0], empty),
             setup=setup,
         )
     with setup.host("quadtree"):
@@ -100,15 +100,15 @@ def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) 
         walk = Walk(image, errors)
     threshold = np.float32(at_most_float32(params.threshold * diagonal * scale))
 
-    def judge(meshes: Sequence[TriangleMesh]) -> Check:
-        states = node_states(fine_nodes(errors, [], Detail(float(threshold))))
-        return _judge(meshes[0], merge(image, states))
+    def verdict(meshes: Sequence[TriangleMesh]) -> Check:
+        states = node_states(fine_nodes(errors, [], LodCriterion(float(threshold))))
+        return _verdict(meshes[0], merge(image, states))
 
     return HostPrepared(
         device,
         lambda _: walk(threshold),
         read=lambda drawn: [TriangleMesh(drawn.positions, drawn.triangles, drawn.normals)],
-        judge=judge,
+        verdict=verdict,
         setup=setup,
         input_bytes=image.positions.nbytes + image.normals.nbytes + sum(e.nbytes for e in errors),
     )

@@ -47,7 +47,7 @@ class Walk:
         self._normals = image.normals.reshape(-1, 3)
         own = canonical(n).ravel()
         self._border = np.flatnonzero(own != np.arange(side * side))
-        self._twin = own[self._border]
+        self._first = own[self._border]
         self._anti = [anti_diagonal(depth) for depth in range(n + 1)]
         self._rings = []
         for depth in range(n + 1):
@@ -75,7 +75,7 @@ class Walk:
             fans.append(found)
         used.ravel()[self._border] = False
         ranks = np.cumsum(used, dtype=np.uint32).reshape(side, side) - np.uint32(1)
-        ranks.ravel()[self._border] = ranks.ravel()[self._twin]
+        ranks.ravel()[self._border] = ranks.ravel()[self._first]
         ends = np.cumsum(counts, dtype=np.uint32).reshape(counts.shape)
         triangles = np.empty((int(ends[-1, -1]), 3), np.uint32)
         starts = ends - counts
@@ -99,7 +99,7 @@ class Walk:
         return drawn
 
     def _corners(self, drawn: list[Mask]) -> Mask:
-        """Which samples are corners of drawn nodes, border twins alike: (side, side)."""
+        """Which samples are corners of drawn nodes, seam duplicates alike: (side, side)."""
         corners = np.zeros((self._side, self._side), bool)
         for depth, nodes in enumerate(drawn):
             step = 1 << (self._n - depth)
@@ -107,8 +107,8 @@ class Walk:
             for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]):
                 part |= nodes
         flat = corners.ravel()
-        flat[self._twin[flat[self._border]]] = True
-        flat[self._border] = flat[self._twin]
+        flat[self._first[flat[self._border]]] = True
+        flat[self._border] = flat[self._first]
         return corners
 
     def _split(self, corners: Mask) -> list[Mask]:

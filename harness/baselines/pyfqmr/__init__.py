@@ -58,7 +58,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         device,
         call,
         read=lambda output: meshes(*output),
-        judge=at_most(target, slack=0.0),
+        verdict=at_most(target, slack=0.0),
         setup=setup,
         input_bytes=points.nbytes + faces.nbytes,
     )

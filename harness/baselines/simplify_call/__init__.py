@@ -36,7 +36,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     with setup.host("first_launch"):
         simplify_mesh(device, mesh, **asked)
 
-    def judge(meshes: Sequence[TriangleMesh]) -> Check:
+    def verdict(meshes: Sequence[TriangleMesh]) -> Check:
         prepared = QUADRIC_CLUSTERING.prepare(device, mesh, Clustering(**asked))
         run(device, prepared)
         (expected,), (got,) = prepared.result(), meshes
@@ -51,7 +51,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         device,
         lambda _: simplify_mesh(device, mesh, **asked),
         read=lambda result: [result.mesh],
-        judge=judge,
+        verdict=verdict,
         setup=setup,
         input_bytes=mesh.positions.nbytes + mesh.triangles.nbytes,
         count=lambda result: {k: v for k, v in result.counters.items() if k in TARGET_COUNTERS},

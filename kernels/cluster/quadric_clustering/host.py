@@ -10,9 +10,9 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster import prepare as family
 from lodbench.kernels.cluster.clustering import Clustering
-from lodbench.kernels.cluster.quadric_clustering.judge import judge
 from lodbench.kernels.cluster.quadric_clustering.params import Params
 from lodbench.kernels.cluster.quadric_clustering.reference import KINDS, simplify
+from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.search import Found
 from lodbench.kernels.cluster.unchanged import Unchanged
 from lodbench.kernels.cluster.upload import Upload
@@ -152,7 +152,7 @@ class QuadricClustering(Clustering):
 
     def check(self) -> Check:
         """Same triangles as the reference, and each representative as deep in its planes, in cells."""
-        return judge(self.result()[0], simplify(self._mesh, self.params))
+        return verdict(self.result()[0], simplify(self._mesh, self.params))
 
     def more_counters(self) -> Mapping[str, int | float]:
         """As every clustering's, and how the used cells' representatives were placed."""

@@ -8,29 +8,13 @@ DeCoro & Tatarchuk 2007, slide 14, compare with it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated
-
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.prepare import simplifier
-from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.vertex_average.host import prepare
-from lodbench.kernels.parameters import Range
+from lodbench.kernels.cluster.vertex_average.params import Params
 from lodbench.kernels.system import System
 
-
-@dataclass(frozen=True)
-class Params(GridTarget):
-    """How far to simplify; targets are those of `GridTarget`, and `cells` comes first.
-
-    Attributes:
-        chunks: maps that are summed apart, 1 to 64; the number decides how sums are rounded, so it belongs here.
-        remove_duplicates: of output triangles with the same three vertices, whichever way they face, keep the first.
-    """
-
-    chunks: Annotated[int, Range(1, 64)] = 2
-    remove_duplicates: bool = False
-
+__all__ = ["SYSTEM", "Params"]
 
 SYSTEM = System(
     name="vertex_average",

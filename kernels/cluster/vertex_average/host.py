@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
@@ -12,12 +10,10 @@ from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.cluster.search import Found
 from lodbench.kernels.cluster.unchanged import Unchanged
 from lodbench.kernels.cluster.upload import Upload
+from lodbench.kernels.cluster.vertex_average.params import Params
 from lodbench.kernels.cluster.vertex_average.reference import simplify
 from lodbench.kernels.device import Device
 from lodbench.kernels.system import Check
-
-if TYPE_CHECKING:
-    from lodbench.kernels.cluster.vertex_average import Params
 
 FILES = ("cluster/vertex_average/mean.cl",)
 TOLERANCE = (

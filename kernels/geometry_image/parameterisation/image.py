@@ -42,7 +42,7 @@ def resample(
 ) -> GeometryImage:
     """Positions and normals of the mesh at the samples of the (2^n + 1)^2 image.
 
-    Border twins are computed once and copied, so they are equal bit for bit.
+    Seam duplicates are computed once and copied, so they are equal bit for bit.
 
     Source: Wang et al., section 2; Praun & Hoppe 2003, section 5.
     """
@@ -163,7 +163,7 @@ def as_pictures(image: GeometryImage) -> tuple[NDArray[np.uint8], NDArray[np.uin
 
 
 def full_mesh(image: GeometryImage, step: int = 1) -> TriangleMesh:
-    """All cells of the image, or of every `step`-th sample of it, as two triangles each; border twins welded.
+    """All cells of the image, or of every `step`-th sample of it, as two triangles each; seam duplicates welded.
 
     Args:
         image: (2^n + 1)^2 samples.

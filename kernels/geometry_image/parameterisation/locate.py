@@ -83,7 +83,7 @@ class Locator:
         return side
 
     def image(self, n: int, rotation: Points) -> tuple[NDArray[np.int64], Points]:
-        """Triangle (side, side) and barycentrics (side, side, 3) under each sample; border twins are equal.
+        """Triangle (side, side) and barycentrics (side, side, 3) under each sample; seam duplicates are equal.
 
         Coarse samples are found first; each finer one starts from the triangle of a neighbour.
         """
@@ -106,11 +106,11 @@ class Locator:
             faces[row, column], weights[row, column] = self.walk(
                 directions[row, column], start, rotation
             )
-            _copy_twins(faces, weights, level, n)
+            _copy_seam(faces, weights, level, n)
         return faces, weights
 
 
-def _copy_twins(faces: NDArray[np.int64], weights: Points, level: int, n: int) -> None:
+def _copy_seam(faces: NDArray[np.int64], weights: Points, level: int, n: int) -> None:
     """Give the border samples of `level` what the samples that stand for them have."""
     step = 1 << (n - level)
     own = octahedron.canonical(level)

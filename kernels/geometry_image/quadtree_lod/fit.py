@@ -22,7 +22,7 @@ def anti_diagonal(depth: int) -> NDArray[np.bool_]:
 
 
 def sample_areas(samples: Points) -> NDArray[np.float64]:
-    """Each sample's share of the surface, a quarter of every cell around it, twins added up: (side, side)."""
+    """Each sample's share of the surface, a quarter of every cell around it, seam duplicates added up: (side, side)."""
     side = len(samples)
     p, q, r, s = samples[:-1, :-1], samples[:-1, 1:], samples[1:, 1:], samples[1:, :-1]
     cell = sum(
@@ -39,7 +39,7 @@ def sample_areas(samples: Points) -> NDArray[np.float64]:
 def hat_weights(depth: int, n: int) -> csr_array:
     """Each canonical sample of the full image as a mean of a level's vertices: (samples, (2^d + 1)^2).
 
-    Rows and columns of twins stay empty: the sample that stands for them has theirs.
+    Rows and columns of seam duplicates stay empty: the sample that stands for them has theirs.
     """
     last, count = 1 << n, 1 << depth
     size = last // count

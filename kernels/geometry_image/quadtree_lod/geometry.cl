@@ -4,8 +4,8 @@
 //           perimeter, which keeps every corner of a finer neighbour, is a reconstruction
 // Work      1-D, one item per run of RUN packed texels of one row
 // Reads     states      uchar[texel_count]    0 too coarse, 1 nothing to draw, 2 drawn
-//           flags       uchar[side * side]    a vertex of the drawn nodes' triangles; side = 2^n + 1, twins alike
-//           ranks       uint [side * side]    output vertex of a flagged sample, twins alike
+//           flags       uchar[side * side]    a vertex of the drawn nodes' triangles; side = 2^n + 1, seam duplicates alike
+//           ranks       uint [side * side]    output vertex of a flagged sample, seam duplicates alike
 //           offsets     uint [run_count]      the run's first triangle
 // Writes    run_counts  uint [run_count]      triangles of a run
 //           triangles   uint [3 * 2 * 4^n]    output vertices, counter-clockwise from outside

@@ -3,7 +3,7 @@
 // Source    Wang et al., section 3.2, figure 4 (merged where no neighbour needs the vertex); a reconstruction
 // Work      1-D, one item per run of samples of one image row, 2^n / RUN runs a row
 // Reads     states      uchar[texel_count]   0 too coarse, 1 nothing to draw, 2 drawn
-// Writes    flags       uchar[side * side]   1: a drawn node's corner, or the centre of a fan; side = 2^n + 1, twins alike
+// Writes    flags       uchar[side * side]   1: a drawn node's corner, or the centre of a fan; side = 2^n + 1, seam duplicates alike
 //           run_counts  uint [run_count]     flagged samples of the run that stand for themselves
 // Needs     common/quadtree.cl
 // Defines   RUN   1, or a power of two from 16 to 2^n

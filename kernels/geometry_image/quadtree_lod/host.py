@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +12,15 @@ from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image import parameterisation
 from lodbench.kernels.geometry_image.quadtree_lod import reference
+from lodbench.kernels.geometry_image.quadtree_lod.params import Params
 from lodbench.kernels.geometry_image.quadtree_lod.tree import FOLDER, Tree
-from lodbench.kernels.geometry_image.quadtree_lod.view import Detail, detail_of
+from lodbench.kernels.geometry_image.quadtree_lod.verdict import verdict
+from lodbench.kernels.geometry_image.quadtree_lod.view import LodCriterion, criterion_of
 from lodbench.kernels.program import Buffer, Launch
 from lodbench.kernels.stages.scan import ExclusiveScan
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.subject import POINT, DeviceSubject, Step
 from lodbench.kernels.system import Check, DeviceSurface, Frame, Stored
-
-if TYPE_CHECKING:
-    from lodbench.kernels.geometry_image.quadtree_lod import Params
 
 _PREFIX = "quadtree_lod_"
 CPU_RUN = 64  # texels or samples of one work-item; a GPU has items enough for one each
@@ -67,7 +66,7 @@ class QuadtreeLod(DeviceSubject):
     ) -> None:
         super().__init__(device, setup)
         self.image, self.params = image, params
-        self.last: Detail | None = None
+        self.last: LodCriterion | None = None
         n = 0 if image is None else (image.positions.shape[0] - 1).bit_length() - 1
         vertices, triangles = (1, 1) if image is None else (4**n + 2, 2 * 4**n)
         self._positions = self.allocate("positions", (vertices, 3), np.float32, "output")
@@ -85,7 +84,7 @@ class QuadtreeLod(DeviceSubject):
         if image is None:
             device.fill(Timeline(), "upload", self._counts, 0)
             return
-        tree = self.tree = Tree(device, image, params.placement, params.measure, setup)
+        tree = self.tree = Tree(device, image, params.placement, params.error_metric, setup)
         self.hold("input", tree.positions, tree.normals)
         self.hold("pattern", tree.levels, tree.errors, tree.bounds)
         self._size = tree.diagonal * tree.scale  # the diagonal in the tree's units
@@ -93,7 +92,7 @@ class QuadtreeLod(DeviceSubject):
         with setup.host("build"):
             self._make_frame()
         with setup.host("first_launch"):
-            self._draw(Detail())
+            self._draw(LodCriterion())
             device.wait()
         if params.target_count is not None:
             with setup.host("search"):
@@ -174,19 +173,21 @@ class QuadtreeLod(DeviceSubject):
     def steps(self, frame: Frame) -> Sequence[Step]:
         """Filter, mark, count, scan, vertices, triangles, at the detail that the frame's view asks for."""
         if self.image is not None:
-            self._aim(detail_of(self.tree, self.params, self.threshold, frame.view))
+            self._aim(criterion_of(self.tree, self.params, self.threshold, frame.view))
         return self._steps
 
-    def _aim(self, detail: Detail) -> None:
+    def _aim(self, criterion: LodCriterion) -> None:
         """Have the steps draw this detail."""
-        self.last = detail
+        self.last = criterion
         self._filter.set(
-            threshold=detail.threshold, eye_scale=detail.eye_scale, near_slack=detail.near_slack
+            threshold=criterion.threshold,
+            eye_scale=criterion.eye_scale,
+            near_slack=criterion.near_slack,
         )
 
-    def _draw(self, detail: Detail) -> None:
+    def _draw(self, criterion: LodCriterion) -> None:
         """The steps at this detail, outside any frame."""
-        self._aim(detail)
+        self._aim(criterion)
         for step in self._steps:
             step.enqueue(Timeline())
 
@@ -200,7 +201,7 @@ class QuadtreeLod(DeviceSubject):
         low, high = 0, len(steps) - 1
         while low < high:
             middle = (low + high) // 2
-            self._draw(Detail(float(steps[middle])))
+            self._draw(LodCriterion(float(steps[middle])))
             if int(self.device.read(self._counts)[1]) <= target:
                 high = middle
             else:
@@ -216,7 +217,7 @@ class QuadtreeLod(DeviceSubject):
     def check(self) -> Check:
         """Errors against float64, and the last frame's triangles against the reference at the same detail."""
         self.live()
-        return reference.judge(self)
+        return verdict(self)
 
     def more_counters(self) -> Mapping[str, int | float]:
         """Nodes drawn, the leaves among them, the image's size and the threshold, in diagonals."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,16 +10,10 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.geometry_image.parameterisation.octahedron import canonical
 from lodbench.kernels.geometry_image.quadtree_lod.fit import anti_diagonal
-from lodbench.kernels.geometry_image.quadtree_lod.view import Detail
-from lodbench.kernels.system import Check
-
-if TYPE_CHECKING:
-    from lodbench.kernels.geometry_image.quadtree_lod.host import QuadtreeLod
+from lodbench.kernels.geometry_image.quadtree_lod.view import LodCriterion
 
 Levels = list[NDArray[Any]]
 COARSE, NOTHING, DRAWN = 0, 1, 2
-ERROR_TOLERANCE = 4e-6
-"""A node's error in float32 against float64, of the diagonal: the difference of two points and their interpolation."""
 
 
 def packed_slice(depth: int, n: int) -> tuple[slice, slice]:
@@ -102,19 +96,19 @@ def _areas(nodes: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.linalg.norm(np.cross(across, up), axis=-1) / 4
 
 
-def fine_nodes(errors: Levels, bounds: Levels, detail: Detail) -> Levels:
+def fine_nodes(errors: Levels, bounds: Levels, criterion: LodCriterion) -> Levels:
     """Per depth, is the node's error small enough? The device's float32 expression, rounding for rounding."""
     fine = []
     for depth, error in enumerate(errors[:-1]):
-        if not detail.per_node:
-            fine.append(error < np.float32(detail.threshold))
+        if not criterion.per_node:
+            fine.append(error < np.float32(criterion.threshold))
             continue
-        eye = np.array(detail.eye_scale[:3], np.float32)
-        near, slack = (np.float32(value) for value in detail.near_slack)
+        eye = np.array(criterion.eye_scale[:3], np.float32)
+        near, slack = (np.float32(value) for value in criterion.near_slack)
         apart = bounds[depth][..., :3] - eye
         x, y, z = (apart[..., k] for k in range(3))
         away = (np.sqrt(x * x + y * y + z * z) - bounds[depth][..., 3]) + np.float32(depth) * slack
-        fine.append(error * np.float32(detail.eye_scale[3]) < np.maximum(away, near))
+        fine.append(error * np.float32(criterion.eye_scale[3]) < np.maximum(away, near))
     fine[0][:] = False  # the root's four corners are one point
     return [*fine, np.ones(errors[-1].shape, bool)]
 
@@ -133,7 +127,7 @@ def node_states(fine: Levels) -> Levels:
 
 
 def corner_flags(states: Levels) -> NDArray[np.bool_]:
-    """Which samples are corners of drawn nodes, border twins alike: (side, side)."""
+    """Which samples are corners of drawn nodes, seam duplicates alike: (side, side)."""
     n = len(states) - 1
     side = (1 << n) + 1
     own = canonical(n).ravel()
@@ -230,36 +224,3 @@ def _two_triangles(
     one = np.where(anti, np.stack([p, q, s], 1), np.stack([p, q, r], 1))
     two = np.where(anti, np.stack([q, r, s], 1), np.stack([p, r, s], 1))
     return np.stack([one, two], axis=1).reshape(-1, 3)
-
-
-def judge(prepared: QuadtreeLod) -> Check:
-    """Share of output values that differ from the reference; the tree's errors must be right first."""
-    what = "vertices and triangles that differ from the reference"
-    mesh = prepared.result()[0]
-    image = prepared.image
-    if image is None:
-        return Check(mesh.triangle_count == 0, what, float(mesh.triangle_count), 0.0)
-    errors = prepared.tree.read_errors()
-    exact = node_errors(prepared.tree.scaled_places(), prepared.tree.per_area)
-    scale = prepared.tree.diagonal * prepared.tree.scale or 1.0
-    wrong = max(float(np.abs(a - b).max()) for a, b in zip(errors[1:], exact[1:], strict=True))
-    if wrong > ERROR_TOLERANCE * scale:
-        text = "largest deviation of a node's error, of the diagonal"
-        return Check(False, text, wrong / scale, ERROR_TOLERANCE)
-    assert prepared.last is not None
-    fine = fine_nodes(errors, prepared.tree.read_bounds(), prepared.last)
-    fitted = prepared.params.placement == "fitted"
-    expected = merge(image, node_states(fine), prepared.tree.places if fitted else None)
-    same = (
-        mesh.positions.shape == expected.positions.shape
-        and mesh.triangles.shape == expected.triangles.shape
-    )
-    differing = (
-        float(
-            (mesh.positions != expected.positions).any(axis=1).sum()
-            + (mesh.triangles != expected.triangles).any(axis=1).sum()
-        )
-        if same
-        else float(abs(mesh.triangle_count - expected.triangle_count) or 1)
-    )
-    return Check(differing == 0, what, differing, 0.0)

@@ -41,7 +41,7 @@ class Tree:
         device: Device,
         image: GeometryImage,
         placement: str,
-        measure: str,
+        error_metric: str,
         setup: Timeline,
     ) -> None:
         self._device, self.image = device, image
@@ -61,8 +61,8 @@ class Tree:
             rows = np.concatenate([level.reshape(-1, 3) for level in self.places[:-1]])
             self.levels = device.upload("levels", rows)
             samples = image.positions.astype(np.float64) * self.scale
-            area = sample_areas(samples).sum() if measure == "share" else 0
-            # twins are counted at both ends of a fold, where each has half its area
+            area = sample_areas(samples).sum() if error_metric == "rms_share" else 0
+            # seam duplicates are counted at both ends of a fold, where each has half its area
             self.per_area = 1 / area if area else 0.0
             self.errors = device.allocate("errors", self.texels, np.float32)
             self.bounds = device.allocate("bounds", (4, self.texels // 3), np.float32)

@@ -9,7 +9,7 @@
 //           states          uchar[texel_count]       0 too coarse, 1 nothing to draw, 2 drawn
 //           levels          float[3 * level_samples] where vertices of depth 0, 1, ... n - 1 lie, one after the other
 //           offsets         uint [run_count]         the run's first output vertex
-// Writes    ranks           uint [side * side]       output vertex of a sample in use, twins alike
+// Writes    ranks           uint [side * side]       output vertex of a sample in use, seam duplicates alike
 //           positions       float[3 * capacity]
 //           normals         float[3 * capacity]
 //           counts          uint [2]                 the first: vertices
@@ -92,7 +92,7 @@ __kernel void quadtree_lod_vertex(
         for (uint k = 0; k < 3; ++k) normals[to + k] = image_normals[from + k];
         ++rank;
     }
-    // twins are written by the sample that stands for them, and by no one else
+    // seam duplicates are written by the sample that stands for them, and by no one else
     if (j == 0 || j == last)
         for (uint i = own.x; i < own.y; ++i) ranks[row + last - i] = ranks[row + i];
     if (own.x == 0 && own.y > 0) ranks[(size_t)(last - j) * side] = ranks[row];

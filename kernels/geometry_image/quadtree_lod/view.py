@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lodbench.kernels.geometry_image.quadtree_lod.params import Params
 from lodbench.kernels.system import View
 
 if TYPE_CHECKING:
-    from lodbench.kernels.geometry_image.quadtree_lod import Params
     from lodbench.kernels.geometry_image.quadtree_lod.tree import Tree
 
 EPSILON32 = float(np.finfo(np.float32).eps)
@@ -23,7 +23,7 @@ NEAREST = 1e-6  # of the diagonal; an eye inside a node's sphere sees it from he
 
 
 @dataclass(frozen=True)
-class Detail:
+class LodCriterion:
     """What the filter compares errors with: one threshold, or each node's size on screen.
 
     Attributes:
@@ -54,28 +54,28 @@ def pixels_per_unit(view: View) -> tuple[float, bool]:
     return (tall / along, True) if along else (tall / abs(float(depth[3])), False)
 
 
-def detail_of(tree: Tree, params: Params, threshold: float, view: View | None) -> Detail:
+def criterion_of(tree: Tree, params: Params, threshold: float, view: View | None) -> LodCriterion:
     """The detail for a frame: from its view, or `threshold` where there is none or it does not count.
 
     Source: Wang et al., section 3.2, step 3 (one threshold for the model, by the viewer's distance); the rule for
     nodes is a reconstruction.
     """
     if view is None or params.view == "none":
-        return Detail(at_most_float32(threshold))
+        return LodCriterion(at_most_float32(threshold))
     unit = tree.scale
     scale, perspective = pixels_per_unit(view)
     if not perspective:
-        return Detail(at_most_float32(params.pixels / scale * unit))
+        return LodCriterion(at_most_float32(params.pixels / scale * unit))
     diagonal = tree.diagonal * unit
     nearest = max(NEAREST * diagonal, float(np.finfo(np.float32).tiny))
     eye = np.asarray(view.eye, np.float64) * unit
     apart = float(np.linalg.norm(eye - (tree.low + tree.high) * unit / 2))
     if params.view == "global":
         away = max(apart - diagonal / 2, nearest)
-        return Detail(at_most_float32(params.pixels * away / scale))
+        return LodCriterion(at_most_float32(params.pixels * away / scale))
     slack = SLACK * EPSILON32 * (apart + diagonal)
     x, y, z, w = (float(np.float32(v)) for v in (*eye, scale / params.pixels))
-    return Detail(0.0, (x, y, z, w), (float(np.float32(nearest)), float(np.float32(slack))))
+    return LodCriterion(0.0, (x, y, z, w), (float(np.float32(nearest)), float(np.float32(slack))))
 
 
 def at_most_float32(value: float) -> float:

@@ -5,7 +5,7 @@
 // Reads     errors          float[texel_count]       packed, saturated
 //           image           float[3 * side * side]   side = 2^n + 1
 //           image_normals   float[3 * side * side]
-// Writes    flags           uchar[side * side]       zero before; 1: a drawn node's corner, twins alike
+// Writes    flags           uchar[side * side]       zero before; 1: a drawn node's corner, seam duplicates alike
 //           ranks           uint [side * side]       output vertex of a sample that stands for itself
 //           positions       float[3 * capacity]      in the order of first use
 //           normals         float[3 * capacity]
@@ -38,7 +38,7 @@ static inline void mark_corner(Output *output, const uint i, const uint j)
     const uint own = quadtree_sample(i, j, output->n);
     if (!output->flags[own]) add_vertex(output, own);
     output->flags[own] = output->flags[at] = 1;
-    // the twin across the fold, which a neighbour there walks over
+    // the seam duplicate across the fold, which a neighbour there walks over
     if (j == 0 || j == last) output->flags[j * (last + 1) + last - i] = 1;
     if (i == 0 || i == last) output->flags[(last - j) * (last + 1) + i] = 1;
 }

@@ -9,7 +9,7 @@ from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.geometry_image.quadtree_lod import reference
 from lodbench.kernels.geometry_image.quadtree_lod.host import QuadtreeLod, image_of
-from lodbench.kernels.geometry_image.quadtree_lod.view import Detail
+from lodbench.kernels.geometry_image.quadtree_lod.view import LodCriterion
 from lodbench.kernels.geometry_image.serial_traversal.reference import differing
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.subject import POINT, WORD
@@ -58,9 +58,9 @@ class SerialTraversal(QuadtreeLod):
         visited = 4 * WORD * triangles // 3
         return self.tree.side**2 + 2 * visited + 52 * vertices + POINT * triangles
 
-    def _aim(self, detail: Detail) -> None:
-        self.last = detail
-        self._filter.set(threshold=detail.threshold)
+    def _aim(self, criterion: LodCriterion) -> None:
+        self.last = criterion
+        self._filter.set(threshold=criterion.threshold)
 
     def check(self) -> Check:
         """Triangles that the reference lacks, or has beyond these."""

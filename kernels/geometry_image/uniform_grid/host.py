@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,13 +11,11 @@ from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image.parameterisation import topology
 from lodbench.kernels.geometry_image.quadtree_lod.host import image_of
+from lodbench.kernels.geometry_image.uniform_grid.params import Params
 from lodbench.kernels.geometry_image.uniform_grid.reference import grid
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.subject import POINT, DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface
-
-if TYPE_CHECKING:
-    from lodbench.kernels.geometry_image.uniform_grid import Params
 
 CPU_CHUNK, GPU_CHUNK = 4096, 16
 

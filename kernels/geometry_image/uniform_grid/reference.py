@@ -1,4 +1,4 @@
-"""A geometry image sampled on any even grid, its border twins welded: numpy, float64."""
+"""A geometry image sampled on any even grid, its seam duplicates welded: numpy, float64."""
 
 from __future__ import annotations
 

@@ -20,6 +20,7 @@ from lodbench.kernels.refine.lattice import (
 from lodbench.kernels.refine.launching import LINE, VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.pattern.attributes import canonical, corner_attributes
 from lodbench.kernels.refine.pattern.levels import Batch, Level
+from lodbench.kernels.refine.pattern.params import Params
 from lodbench.kernels.refine.pattern.reference import Wave, largest_error
 from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.subject import DeviceSubject, Step
@@ -27,7 +28,6 @@ from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Stor
 
 if TYPE_CHECKING:
     from lodbench.kernels.program import Launch, Program
-    from lodbench.kernels.refine.pattern import Params
 
 TOLERANCE = 2e-6  # a dozen float32 roundings, relative to the largest operand
 CHECKED = 64  # coarse triangles that a check looks at

@@ -8,30 +8,12 @@ Source: Boubekeur & Schlick, Generic Mesh Refinement on GPU, Graphics Hardware 2
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.parameters import Parameters
-from lodbench.kernels.refine.lattice import Amplitude, Segments, Waves
 from lodbench.kernels.refine.static_vbo.host import prepare
+from lodbench.kernels.refine.static_vbo.params import Params
 from lodbench.kernels.system import System
 
-
-@dataclass(frozen=True)
-class Params(Parameters):
-    """What is stored.
-
-    Attributes:
-        segments: parts that each coarse edge is cut into, 1 to 4096.
-        amplitude: of the displacement a sin(f |P|), as a fraction of the bounding-box diagonal; 0 for none.
-            It stands still.
-        waves: of that sine per bounding-box diagonal.
-    """
-
-    segments: Segments = 16
-    amplitude: Amplitude = 0.0
-    waves: Waves = 8.0
-
+__all__ = ["SYSTEM", "Params"]
 
 SYSTEM = System(
     name="static_vbo",

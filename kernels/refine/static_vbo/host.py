@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.refine import pattern
 from lodbench.kernels.refine.launching import VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.pattern.host import Pattern
+from lodbench.kernels.refine.static_vbo.params import Params
 from lodbench.kernels.subject import Step
 from lodbench.kernels.system import Frame, Stored
-
-if TYPE_CHECKING:
-    from lodbench.kernels.refine.static_vbo import Params
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> StaticVbo:

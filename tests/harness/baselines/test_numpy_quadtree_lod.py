@@ -7,7 +7,7 @@ from lodbench.harness.baselines.numpy_quadtree_lod import SYSTEM, Params
 from lodbench.harness.baselines.numpy_quadtree_lod.walk import Walk
 from lodbench.kernels.geometry_image import quadtree_lod
 from lodbench.kernels.geometry_image.quadtree_lod.reference import fine_nodes, merge, node_states
-from lodbench.kernels.geometry_image.quadtree_lod.view import Detail
+from lodbench.kernels.geometry_image.quadtree_lod.view import LodCriterion
 from lodbench.kernels.system import Frame, run
 from tests.kernels.geometry_image.test_quadtree_lod import bumpy_image
 
@@ -33,7 +33,7 @@ def test_walk_agrees_with_the_reference_on_any_choice_of_nodes(n):
             rng.random((1 << depth, 1 << depth), np.float32) + np.float32(share - 0.5)
             for depth in range(n + 1)
         ]
-        expected = merge(image, node_states(fine_nodes(errors, [], Detail(0.5))))
+        expected = merge(image, node_states(fine_nodes(errors, [], LodCriterion(0.5))))
         drawn = Walk(image, errors)(np.float32(0.5))
         assert drawn.triangles.dtype == np.uint32
         assert_array_equal(drawn.positions, expected.positions)

@@ -6,8 +6,8 @@ from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering import Params
 from lodbench.kernels.cluster.quadric_clustering import simplify as simplify_to
 from lodbench.kernels.cluster.quadric_clustering.host import prepare
-from lodbench.kernels.cluster.quadric_clustering.judge import judge
 from lodbench.kernels.cluster.quadric_clustering.reference import KINDS, NO_VERTEX, simplify
+from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.survivors import FILE
 from lodbench.kernels.cluster.unchanged import without_duplicates
 from lodbench.kernels.device import Device, Unsupported
@@ -468,21 +468,21 @@ def test_grid_back_and_forth_is_the_same_point():
 
 
 @pytest.mark.parametrize("axis", range(3))
-def test_judge_refuses_a_representative_off_its_planes(axis):
+def test_verdict_refuses_a_representative_off_its_planes(axis):
     # a cell at a cube's corner has planes across every axis
     reference = simplify(cube(12), Params(3))
     positions = reference.mesh.positions.copy()
     corner = int(np.linalg.norm(positions, axis=1).argmin())
     positions[corner, axis] += 0.02
-    assert judge(reference.mesh, reference).passed
-    assert not judge(TriangleMesh(positions, reference.mesh.triangles), reference).passed
+    assert verdict(reference.mesh, reference).passed
+    assert not verdict(TriangleMesh(positions, reference.mesh.triangles), reference).passed
 
 
-def test_judge_refuses_other_triangles():
+def test_verdict_refuses_other_triangles():
     reference = simplify(sphere(), Params(6))
     triangles = reference.mesh.triangles
     for wrong in (triangles[:-1], triangles[::-1], np.roll(triangles, 1, axis=1)):
-        assert not judge(TriangleMesh(reference.mesh.positions, wrong), reference).passed
+        assert not verdict(TriangleMesh(reference.mesh.positions, wrong), reference).passed
 
 
 def test_fixed_point_holds_many_large_triangles_in_one_cell(device):

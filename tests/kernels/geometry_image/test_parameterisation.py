@@ -249,7 +249,7 @@ def test_octahedral_map_and_its_inverse_round_trip():
 
 
 @pytest.mark.parametrize("n", [1, 2, 4])
-def test_border_twins_are_the_same_direction(n):
+def test_seam_duplicates_are_the_same_direction(n):
     directions = octahedron.sample_directions(n).reshape(-1, 3)
     own = octahedron.canonical(n)
     assert_allclose(directions[own.ravel()], directions, atol=1e-12)

@@ -34,7 +34,7 @@ def own_cache(tmp_path_factory):
 
 
 def bumpy_image(n, seed=0, height=0.05):
-    """A sphere with bumps of two sizes, sampled straight into the image: twins bit-equal, closed."""
+    """A sphere with bumps of two sizes, sampled straight into the image: seam duplicates bit-equal, closed."""
     directions = octahedron.sample_directions(n)
     waves = np.random.default_rng(seed).normal(size=(6, 3)) * np.array([3, 3, 3, 9, 9, 9])[:, None]
     radius = 1 + height * np.sin(directions @ waves.T).sum(-1) / 3
@@ -85,10 +85,10 @@ def test_frame_equals_the_reference(device, n, threshold):
 
 
 @pytest.mark.parametrize("placement", ["samples", "fitted"])
-@pytest.mark.parametrize("measure", ["distance", "share"])
+@pytest.mark.parametrize("error_metric", ["distance", "rms_share"])
 @pytest.mark.parametrize("target", [8, 200, 3000])
-def test_placement_and_measure_equal_the_reference(device, placement, measure, target):
-    params = Params(placement=placement, measure=measure, target_count=target)
+def test_placement_and_measure_equal_the_reference(device, placement, error_metric, target):
+    params = Params(placement=placement, error_metric=error_metric, target_count=target)
     prepared = SYSTEM.prepare(device, bumpy_image(6, height=0.2), params)
     assert_closed(drawn(device, prepared))
     check = prepared.check()
@@ -110,8 +110,12 @@ def distance_to(image, mesh):
 def test_fitted_vertices_and_shares_lower_the_error(device):
     image = bumpy_image(5)
     errors = []
-    for placement, measure in (("samples", "distance"), ("samples", "share"), ("fitted", "share")):
-        params = Params(placement=placement, measure=measure, target_count=300)
+    for placement, error_metric in (
+        ("samples", "distance"),
+        ("samples", "rms_share"),
+        ("fitted", "rms_share"),
+    ):
+        params = Params(placement=placement, error_metric=error_metric, target_count=300)
         errors.append(distance_to(image, drawn(device, SYSTEM.prepare(device, image, params))))
     assert errors[0] > errors[1] > errors[2]
 
@@ -211,7 +215,7 @@ def scaled(image, exponent):
     "params",
     [
         Params(threshold=0.01),
-        Params(placement="fitted", measure="share", target_count=700),
+        Params(placement="fitted", error_metric="rms_share", target_count=700),
         Params(view="node", pixels=6.0),
         Params(view="global", pixels=6.0),
     ],
@@ -381,7 +385,7 @@ def test_no_triangles_in_no_triangles_out(device):
         ({"pixels": 0.0}, "pixels: expected more than 0"),
         ({"view": "all"}, "view: expected one of global, node, none"),
         ({"placement": "free"}, "placement: expected one of samples, fitted"),
-        ({"measure": "area"}, "measure: expected one of distance, share"),
+        ({"error_metric": "area"}, "error_metric: expected one of distance, rms_share"),
         ({"target_count": 0}, "target_count: expected at least 1"),
     ],
 )

@@ -3,8 +3,8 @@ import pytest
 
 from lodbench.kernels.device import Device
 from lodbench.kernels.stages.camera import look_at
-from lodbench.kernels.stages.look import Look, lights
 from lodbench.kernels.stages.raster import EMPTY_ID, Raster
+from lodbench.kernels.stages.shading import Shading, lights
 from lodbench.kernels.system import DeviceSurface, Frame, Timeline
 from tests.tolerances import SHADE_LEVELS
 
@@ -12,7 +12,7 @@ TRIANGLE = np.array([[-1.4, -1.1, -0.4], [1.5, -0.9, 0.5], [0.1, 1.6, 0.1]], np.
 VIEW = look_at((0.3, 0.2, 3), (0, 0, 0), size=(90, 70), near=0.5, far=9)
 
 
-def drawn(device, look, positions=TRIANGLE, triangles=((0, 1, 2),), normals=None, view=VIEW):
+def drawn(device, shading, positions=TRIANGLE, triangles=((0, 1, 2),), normals=None, view=VIEW):
     positions, triangles = np.asarray(positions, np.float32), np.asarray(triangles, np.uint32)
     surface = DeviceSurface(
         device.upload("positions", positions),
@@ -21,7 +21,7 @@ def drawn(device, look, positions=TRIANGLE, triangles=((0, 1, 2),), normals=None
         len(positions),
         len(triangles),
     )
-    raster = Raster(device, surface, view.width, view.height, look, view=view)
+    raster = Raster(device, surface, view.width, view.height, shading, view=view)
     raster(surface, Frame(), Timeline())
     return raster.image().astype(int), raster.keys()[1]
 
@@ -59,8 +59,8 @@ def normalised(vectors):
 def test_fragment_shades_interpolated_normals_as_the_formula_says(device):
     rng = np.random.default_rng(1)
     normals = normalised(rng.normal(size=(3, 3)) * 0.4 + (0, 0, 1))
-    image, ids = drawn(device, Look(), normals=normals)
-    expected = shade(normalised(weights(VIEW, TRIANGLE) @ normals), Look().surface, VIEW)
+    image, ids = drawn(device, Shading(), normals=normals)
+    expected = shade(normalised(weights(VIEW, TRIANGLE) @ normals), Shading().surface, VIEW)
     inside = ids != EMPTY_ID
     assert inside.sum() > 1000
     assert np.abs(image - expected)[inside].max() <= SHADE_LEVELS
@@ -69,12 +69,12 @@ def test_fragment_shades_interpolated_normals_as_the_formula_says(device):
 @pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1)])
 def test_fragment_lights_both_sides_alike(device, order):
     # a facet and its mirror image in winding look the same: the side that is seen is the one that is lit
-    image, ids = drawn(device, Look(smooth=False), triangles=(order,))
+    image, ids = drawn(device, Shading(smooth=False), triangles=(order,))
     normal = normalised(np.cross(TRIANGLE[1] - TRIANGLE[0], TRIANGLE[2] - TRIANGLE[0]))
-    expected = shade(normal[None], Look().surface, VIEW)[0]
+    expected = shade(normal[None], Shading().surface, VIEW)[0]
     assert np.abs(image - expected)[ids != EMPTY_ID].max() <= SHADE_LEVELS
     flipped, _ = drawn(
-        device, Look(), triangles=(order,), normals=[normal if order[1] == 1 else -normal] * 3
+        device, Shading(), triangles=(order,), normals=[normal if order[1] == 1 else -normal] * 3
     )
     assert np.abs(flipped - image).max() <= 1
 
@@ -83,8 +83,8 @@ def test_fragment_shades_a_triangle_whose_corner_is_behind_the_eye(device):
     view = look_at((0, 0, 0), (0, 0, -1), size=(80, 60), near=0.1, far=50)
     corners = np.array([[-3, -1, -6], [0.2, -1, 4], [4, -1.2, -5]], np.float32)
     normals = normalised(np.array([[0.3, 1, 0.1], [-0.5, 1, 0.2], [0, 1, -0.6]]))
-    image, ids = drawn(device, Look(), corners, normals=normals, view=view)
-    expected = shade(normalised(weights(view, corners) @ normals), Look().surface, view)
+    image, ids = drawn(device, Shading(), corners, normals=normals, view=view)
+    expected = shade(normalised(weights(view, corners) @ normals), Shading().surface, view)
     inside = ids != EMPTY_ID
     assert inside.sum() > 500
     assert np.abs(image - expected)[inside].max() <= SHADE_LEVELS
@@ -93,8 +93,8 @@ def test_fragment_shades_a_triangle_whose_corner_is_behind_the_eye(device):
 def test_fragment_maps_values_of_vertices_and_of_triangles(device):
     ramp = np.linspace(0, 1, 256, dtype=np.float32)[:, None] * np.array((1, 0.5, 0.25), np.float32)
     values = np.array([0, 1, 0.5], np.float32)
-    look = Look(smooth=False, values=values, colour_map=ramp)
-    image, ids = drawn(device, look)
+    shading = Shading(smooth=False, values=values, colour_map=ramp)
+    image, ids = drawn(device, shading)
     inside = ids != EMPTY_ID
     normal = normalised(np.cross(TRIANGLE[1] - TRIANGLE[0], TRIANGLE[2] - TRIANGLE[0]))
     value = np.rint(np.clip(weights(VIEW, TRIANGLE) @ values, 0, 1) * 255) / 255
@@ -104,7 +104,7 @@ def test_fragment_maps_values_of_vertices_and_of_triangles(device):
     # half a step of the table more or less, where the root is not steep
     bright = inside & (value > 0.1)
     assert np.abs(image - expected)[bright].max() <= SHADE_LEVELS + 1
-    one = Look(smooth=False, values=values[1:2], values_of="triangles", colour_map=ramp)
+    one = Shading(smooth=False, values=values[1:2], values_of="triangles", colour_map=ramp)
     image, ids = drawn(device, one)
     expected = shade(normal[None], (1, 0.5, 0.25), VIEW)[0]
     assert np.abs(image - expected)[ids != EMPTY_ID].max() <= SHADE_LEVELS
@@ -114,15 +114,15 @@ def test_fragment_gives_neighbouring_triangles_different_colours(device):
     rng = np.random.default_rng(0)
     positions = rng.normal(size=(60, 3)) * (1.5, 1.2, 0.5)
     image, ids = drawn(
-        device, Look(smooth=False, by_triangle=True), positions, np.arange(60).reshape(-1, 3)
+        device, Shading(smooth=False, by_triangle=True), positions, np.arange(60).reshape(-1, 3)
     )
     colours = {tuple(image[ids == k][0]) for k in np.unique(ids[ids != EMPTY_ID])}
     assert len(colours) == len(np.unique(ids[ids != EMPTY_ID]))
 
 
 def test_fragment_darkens_edges_by_their_distance_in_pixels(device):
-    plain, ids = drawn(device, Look(smooth=False))
-    lined, _ = drawn(device, Look(smooth=False, wireframe=True, line_width=3))
+    plain, ids = drawn(device, Shading(smooth=False))
+    lined, _ = drawn(device, Shading(smooth=False, wireframe=True, line_width=3))
     inside = ids != EMPTY_ID
     rows = np.c_[TRIANGLE.astype(float), np.ones(3)] @ VIEW.world_to_clip.T
     corners = (rows[:, :2] / rows[:, 3:] * (1, -1) + 1) / 2 * (VIEW.width, VIEW.height)
@@ -142,8 +142,8 @@ def test_fragment_darkens_edges_by_their_distance_in_pixels(device):
 
 
 def test_fragment_draws_the_background_from_top_to_bottom(device):
-    look = Look(background=((1, 0.25, 0), (0, 0.25, 1)))
-    image, ids = drawn(device, look, triangles=np.zeros((0, 3)))
+    shading = Shading(background=((1, 0.25, 0), (0, 0.25, 1)))
+    image, ids = drawn(device, shading, triangles=np.zeros((0, 3)))
     assert (ids == EMPTY_ID).all()
     t = (np.arange(VIEW.height) + 0.5) / VIEW.height
     expected = np.stack([np.sqrt(1 - t) * 255, 0 * t + 127.5, np.sqrt(t) * 255], 1)
@@ -151,8 +151,8 @@ def test_fragment_draws_the_background_from_top_to_bottom(device):
 
 
 def test_fragment_falls_back_to_facets_without_normals(device):
-    smooth, _ = drawn(device, Look(smooth=True))
-    flat, _ = drawn(device, Look(smooth=False))
+    smooth, _ = drawn(device, Shading(smooth=True))
+    flat, _ = drawn(device, Shading(smooth=False))
     np.testing.assert_array_equal(smooth, flat)
 
 
@@ -160,21 +160,21 @@ def test_fragment_falls_back_to_facets_without_normals(device):
 def test_fragment_does_not_depend_on_the_unit_of_length(device, scale):
     normals = normalised(np.add(TRIANGLE, (0, 0, 1)))
     view = look_at(VIEW.eye * scale, (0, 0, 0), size=(90, 70), near=0.5 * scale, far=9 * scale)
-    for look in (Look(), Look(smooth=False, wireframe=True)):
-        image, _ = drawn(device, look, TRIANGLE * np.float32(scale), normals=normals, view=view)
-        expected, _ = drawn(device, look, normals=normals)
+    for shading in (Shading(), Shading(smooth=False, wireframe=True)):
+        image, _ = drawn(device, shading, TRIANGLE * np.float32(scale), normals=normals, view=view)
+        expected, _ = drawn(device, shading, normals=normals)
         far_off = np.abs(image - expected).max(-1) > 2  # rounding may move a pixel across an edge
         assert far_off.mean() < 0.005
 
 
 def test_fragment_survives_normals_of_no_length(device):
-    image, ids = drawn(device, Look(), normals=np.zeros((3, 3)))
+    image, ids = drawn(device, Shading(), normals=np.zeros((3, 3)))
     assert image[ids != EMPTY_ID].std() < 255
 
 
 def test_fragment_gives_the_same_bits_for_any_group_size(device):
     normals = normalised(np.add(TRIANGLE, (0, 0, 1)))
-    expected, _ = drawn(device, Look(wireframe=True), normals=normals)
+    expected, _ = drawn(device, Shading(wireframe=True), normals=normals)
     for size in (1, 3, 64):
-        image, _ = drawn(Device.open(local_size=size), Look(wireframe=True), normals=normals)
+        image, _ = drawn(Device.open(local_size=size), Shading(wireframe=True), normals=normals)
         np.testing.assert_array_equal(image, expected)

@@ -7,9 +7,9 @@ from lodbench.datasets_gen.triangles import icosphere
 from lodbench.kernels.device import Device
 from lodbench.kernels.stages import raster as raster_module
 from lodbench.kernels.stages.camera import look_at, to_screen
-from lodbench.kernels.stages.look import Look
 from lodbench.kernels.stages.raster import EMPTY_ID, Raster
 from lodbench.kernels.stages.raster_reference import draw
+from lodbench.kernels.stages.shading import Shading
 from lodbench.kernels.system import DeviceSurface, Frame, Timeline, View
 
 QUAD = np.array([[0, 1, 2], [0, 2, 3]], np.uint32)
@@ -35,8 +35,8 @@ def upload(device, positions, triangles, normals=None, **more):
     )
 
 
-def drawn(device, surface, view, look=None, **options):
-    raster = Raster(device, surface, view.width, view.height, look, **options)
+def drawn(device, surface, view, shading=None, **options):
+    raster = Raster(device, surface, view.width, view.height, shading, **options)
     raster(surface, Frame(view), Timeline())
     return raster
 
@@ -44,14 +44,14 @@ def drawn(device, surface, view, look=None, **options):
 def assert_equals_reference(device, positions, triangles, view, **options):
     positions, triangles = np.asarray(positions, np.float32), np.asarray(triangles, np.uint32)
     surface = upload(device, positions, triangles)
-    look = Look(cull=options.pop("cull", False))
+    shading = Shading(cull=options.pop("cull", False))
     depths, ids, counts = draw(
-        positions, triangles, to_screen(view), view.width, view.height, look.cull
+        positions, triangles, to_screen(view), view.width, view.height, shading.cull
     )
-    seen_depths, seen_ids = drawn(device, surface, view, look, **options).keys()
+    seen_depths, seen_ids = drawn(device, surface, view, shading, **options).keys()
     np.testing.assert_array_equal(seen_ids, ids)
     np.testing.assert_array_equal(seen_depths, depths)
-    counted = drawn(device, surface, view, look, count=True, **options).coverage()
+    counted = drawn(device, surface, view, shading, count=True, **options).coverage()
     np.testing.assert_array_equal(counted, counts)
     return depths, ids, counts
 
@@ -196,7 +196,7 @@ def pictures(device, **options):
     positions = np.concatenate([small, large])
     normals = rng.normal(size=positions.shape)
     surface = upload(device, positions, np.concatenate([faces, more + len(small)]), normals)
-    raster = drawn(device, surface, pixel_view(200, 150), Look(wireframe=True), **options)
+    raster = drawn(device, surface, pixel_view(200, 150), Shading(wireframe=True), **options)
     return raster.image(), *raster.keys()
 
 
@@ -240,7 +240,7 @@ def test_raster_draws_an_image_of_8192_pixels_a_side(device):
     tiny = np.array([[8190.2, 8191.1, 0.25], [8191.9, 8191.1, 0.25], [8191.2, 8191.9, 0.25]])
     triangles = np.concatenate([QUAD, [[4, 5, 6]]])
     surface = upload(device, np.concatenate([quad, tiny]), triangles)
-    raster = drawn(device, surface, pixel_view(side, side), Look(smooth=False), maps=1)
+    raster = drawn(device, surface, pixel_view(side, side), Shading(smooth=False), maps=1)
     depths, ids = raster.keys()
     assert (ids == 2).sum() == 1 and ids[8191, 8191] == 2
     assert ((ids == 0) | (ids == 1) | (ids == 2)).all()
@@ -272,8 +272,10 @@ def test_raster_draws_instances_like_one_list(device, pattern):
         instances=7,
         instance_vertices=3 * pattern,
     )
-    have = drawn(device, surface, pixel_view(40, 40), Look(smooth=False))
-    want = drawn(device, upload(device, positions, whole), pixel_view(40, 40), Look(smooth=False))
+    have = drawn(device, surface, pixel_view(40, 40), Shading(smooth=False))
+    want = drawn(
+        device, upload(device, positions, whole), pixel_view(40, 40), Shading(smooth=False)
+    )
     np.testing.assert_array_equal(have.keys()[1], want.keys()[1])
     np.testing.assert_array_equal(have.image(), want.image())
 
@@ -350,7 +352,7 @@ def test_raster_refuses_what_it_cannot_draw(device):
         other = upload(device, *soup(1, 4, 20, 20, 5), instances=2)
         raster(other, Frame(pixel_view(20, 20)), Timeline())
     with pytest.raises(ValueError, match="values: expected 12 of vertices, got 5"):
-        Raster(device, surface, 20, 20, Look(values=np.zeros(5, np.float32)))
+        Raster(device, surface, 20, 20, Shading(values=np.zeros(5, np.float32)))
     with pytest.raises(ValueError, match="count=True"):
         raster.coverage()
 

@@ -21,9 +21,9 @@ from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import found_grid, unchanged
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering import Params as KernelParams
-from lodbench.kernels.cluster.quadric_clustering.judge import judge
 from lodbench.kernels.cluster.quadric_clustering.params import Placement
 from lodbench.kernels.cluster.quadric_clustering.reference import simplify
+from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.survivors import host_survivors
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.device import Device, Unsupported
@@ -151,7 +151,7 @@ class QuadricClustering:
     def check(self) -> Check:
         """Against the float64 reference: the same triangles, and how far representatives are off."""
         wanted = KernelParams(self._params.cells, self._params.placement)
-        return judge(self.result()[0], simplify(self._mesh, wanted))
+        return verdict(self.result()[0], simplify(self._mesh, wanted))
 
     def counters(self) -> Mapping[str, int | float]:
         """What came out."""

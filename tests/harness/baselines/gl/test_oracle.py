@@ -9,8 +9,8 @@ from lodbench.kernels.device import Unsupported
 from lodbench.kernels.image import psnr
 from lodbench.kernels.render import mesh_view, upload_surface
 from lodbench.kernels.stages.camera import look_at
-from lodbench.kernels.stages.look import Look
 from lodbench.kernels.stages.raster import EMPTY_ID, Raster
+from lodbench.kernels.stages.shading import Shading
 from lodbench.kernels.system import Frame, Timeline, run
 from tests.tolerances import (
     GL_COVERAGE,
@@ -71,11 +71,11 @@ def test_pattern_covers_the_triangles_of_the_tessellation_stages(device, segment
     np.testing.assert_allclose(*areas, rtol=1e-5)
 
 
-def pixels(device, mesh, view, look):
+def pixels(device, mesh, view, shading):
     """Ours and the driver's: image, what is covered, depth."""
     size = (view.width, view.height)
     surface = upload_surface(device, mesh)
-    raster = Raster(device, surface, *size, look)
+    raster = Raster(device, surface, *size, shading)
     raster(surface, Frame(view), Timeline())
     depth, ids = raster.keys()
     shader = prepare("gl_static_vbo", device, mesh, width=size[0], height=size[1])
@@ -106,7 +106,7 @@ MESHES = {
 
 
 def assert_same_picture(device, mesh, view):
-    ours, theirs = pixels(device, mesh, view, Look())
+    ours, theirs = pixels(device, mesh, view, Shading())
     assert ours[1].any()
     assert (ours[1] != theirs[1]).mean() < GL_COVERAGE
     where = away_from_outlines(*ours[1:]) & away_from_outlines(*theirs[1:])

@@ -14,7 +14,7 @@ Light = tuple[float, float, float, float]  # direction and strength
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class Shading:
     """How a surface is drawn.
 
     Attributes:

@@ -13,7 +13,7 @@ from lodbench.harness.amounts import amount
 from lodbench.harness.record import GroupRecord
 
 Row = Mapping[str, Any]
-Look = tuple[str, str]  # colour and marker
+Style = tuple[str, str]  # colour and marker
 
 # Okabe & Ito's colours, told apart by readers who are colour-blind; without yellow and black, lost on a page
 PALETTE = (
@@ -27,12 +27,12 @@ WIDTH = 7.4  # inches: the report's column
 
 
 @dataclass(frozen=True)
-class Material:
+class ChartData:
     """A table's document, the whole groups it was made from, and a colour and marker per system."""
 
     document: Mapping[str, Any]
     groups: Sequence[GroupRecord]
-    looks: Mapping[str, Look]
+    styles: Mapping[str, Style]
 
     @property
     def facts(self) -> list[str]:
@@ -53,8 +53,8 @@ class Material:
     def unit(self, key: str) -> str:
         return next((c["unit"] for c in self.document["columns"] if c["key"] == key), "")
 
-    def look(self, system: str) -> Look:
-        return self.looks.get(system, (PALETTE[-1], "o"))
+    def style(self, system: str) -> Style:
+        return self.styles.get(system, (PALETTE[-1], "o"))
 
 
 @dataclass(frozen=True)
@@ -65,9 +65,9 @@ class Chart:
     caption: str
 
 
-def looks(tables: Iterable[Iterable[str]]) -> dict[str, Look]:
+def styles(tables: Iterable[Iterable[str]]) -> dict[str, Style]:
     """A colour and marker per system, the same in every table, and different within one while colours last."""
-    found: dict[str, Look] = {}
+    found: dict[str, Style] = {}
     every = [
         (PALETTE[i % len(PALETTE)], MARKERS[(i + i // len(PALETTE)) % len(MARKERS)])
         for i in range(len(PALETTE) * len(MARKERS))
@@ -75,7 +75,7 @@ def looks(tables: Iterable[Iterable[str]]) -> dict[str, Look]:
     for table in tables:
         systems = list(dict.fromkeys(table))
         taken = {found[name] for name in systems if name in found}
-        free = (look for look in every if look not in taken)
+        free = (style for style in every if style not in taken)
         for name in systems:
             if name not in found:
                 found[name] = next(free, every[-1])

@@ -13,7 +13,7 @@ WHAT = "representative off the reference's across its planes, cells"
 DEPTH_TOLERANCE = 1e-2
 
 
-def judge(mesh: TriangleMesh, reference: Reference) -> Check:
+def verdict(mesh: TriangleMesh, reference: Reference) -> Check:
     """Same triangles; and no representative off the reference's by more than the tolerance across its planes.
 
     Along a flat surface the minimum is soft: float32 and float64 may differ there by a fair part of a cell and lose

@@ -1,4 +1,4 @@
-"""One subject on its way through its group: prepared, run once, judged; what goes wrong is its status."""
+"""One subject on its way through its group: prepared, run once, checked; what goes wrong is its status."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Record = Callable[..., None]  # (kind, **row): appends a row about this subject
 
 
 @dataclass
-class Entrant:
+class Trial:
     """A subject and what became of it: `facts` go into its row, `mesh` is kept where its quality is asked for.
 
     `view` is what a frame without drawing gets, `seen` what one with drawing gets; `once` as in `Group`.
@@ -46,11 +46,11 @@ class Entrant:
         self,
         surface: Any,
         device: Callable[[], Device],
-        before: Mapping[str, Entrant],
+        before: Mapping[str, Trial],
         record: Record,
         keep_mesh: bool,
     ) -> None:
-        """Prepare, run the first frame and judge it.
+        """Prepare, run the first frame and check it.
 
         Args:
             surface: the group's input.
@@ -69,7 +69,7 @@ class Entrant:
             self.first_s = first.wall_s
             warmup = not self.once and first.wall_s <= VERY_SLOW_S
             record("sample", **vars(replace(first, warmup=warmup)))
-            self._judge(keep_mesh)
+            self._check(keep_mesh)
             if self.subject.draw and self.subject.draw.apart and self.status == "ok":
                 self._draw_apart(surface)
         except Exception as error:
@@ -143,7 +143,7 @@ class Entrant:
         self,
         surface: Any,
         device: Callable[[], Device],
-        before: Mapping[str, Entrant],
+        before: Mapping[str, Trial],
         record: Record,
     ) -> None:
         subject = self.subject
@@ -161,8 +161,8 @@ class Entrant:
         self.device = device()
         overrides = subject.params
         if callable(overrides):
-            counters = {name: entrant.facts.get("counters", {}) for name, entrant in before.items()}
-            params = {name: entrant.facts.get("params") for name, entrant in before.items()}
+            counters = {name: trial.facts.get("counters", {}) for name, trial in before.items()}
+            params = {name: trial.facts.get("params") for name, trial in before.items()}
             overrides = overrides(Context(self.device, surface, counters, params))
         params = registry.parameters(owner, subject.case, overrides)
         self.facts["params"] = params
@@ -179,7 +179,7 @@ class Entrant:
             memory_growth_bytes=process.memory_info().rss - memory,
         )  # fmt: skip
 
-    def _judge(self, keep_mesh: bool) -> None:
+    def _check(self, keep_mesh: bool) -> None:
         prepared, facts = self.prepared, self.facts
         assert prepared is not None
         check = prepared.check()

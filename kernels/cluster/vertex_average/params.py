@@ -1,0 +1,22 @@
+"""The parameters of vertex clustering with means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.parameters import Range
+
+
+@dataclass(frozen=True)
+class Params(GridTarget):
+    """How far to simplify; targets are those of `GridTarget`, and `cells` comes first.
+
+    Attributes:
+        chunks: maps that are summed apart, 1 to 64; the number decides how sums are rounded, so it belongs here.
+        remove_duplicates: of output triangles with the same three vertices, whichever way they face, keep the first.
+    """
+
+    chunks: Annotated[int, Range(1, 64)] = 2
+    remove_duplicates: bool = False
