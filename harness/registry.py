@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import pkgutil
+import traceback
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -50,7 +51,7 @@ def registry() -> Registry:
     """All that was found, in the order of the folders' names; the walk is done once.
 
     Raises:
-        ValueError: two folders declare the same name.
+        ValueError: two folders declare the same name, or one cannot be imported: folder, file and line are named.
     """
     found = Registry()
     for module_name in _candidates():
@@ -60,6 +61,13 @@ def registry() -> Registry:
         except ImportError as error:  # an optional package; anything else is a fault and is shown
             found.missing[name] = str(error)
             continue
+        except Exception as error:
+            last = traceback.extract_tb(error.__traceback__)[-1]
+            at = error if isinstance(error, SyntaxError) else last
+            raise ValueError(
+                f"{module_name}: expected a folder that can be imported, got {type(error).__name__} in "
+                f"{at.filename}, line {at.lineno}: {error}"
+            ) from error
         system = getattr(module, "SYSTEM", None)
         if not isinstance(system, System):
             continue

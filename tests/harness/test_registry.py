@@ -39,3 +39,24 @@ def test_parameters_replace_fields_of_a_case():
     assert (params.size, params.seconds) == (3, 0.0)
     with pytest.raises(ValueError, match="parameter of fake: expected one like seconds"):
         registry.parameters(SYSTEMS["fake"], None, {"second": 1})
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"), [("x = 1\ny = (\n", "SyntaxError"), ("x = 1\n1 / 0\n", "ZeroDivisionError")]
+)
+def test_folder_that_cannot_be_imported_is_named_with_file_and_line(
+    tmp_path, monkeypatch, text, kind
+):
+    folder = tmp_path / f"family_of_{kind.lower()}" / "broken"
+    folder.mkdir(parents=True)
+    (folder.parent / "__init__.py").touch()
+    (folder / "__init__.py").write_text(text)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(registry, "_candidates", lambda: [f"{folder.parent.name}.broken"])
+    registry.registry.cache_clear()
+    try:
+        with pytest.raises(ValueError, match=rf"{kind} in .*broken/__init__.py, line 2") as caught:
+            registry.registry()
+        assert str(caught.value).startswith(f"{folder.parent.name}.broken: expected a folder")
+    finally:
+        registry.registry.cache_clear()
