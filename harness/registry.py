@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-import lodbench.kernels
+from lodbench.kernels import verbs
 from lodbench.kernels.parameters import closest
 from lodbench.kernels.system import System
 from lodbench.kernels.targets import TARGETS, Target
@@ -39,9 +39,7 @@ def _packages(name: str) -> Iterator[str]:
 
 
 def _candidates() -> Iterator[str]:
-    for family in pkgutil.iter_modules(lodbench.kernels.__path__):
-        if family.ispkg:
-            yield from _packages(f"lodbench.kernels.{family.name}")
+    yield from verbs.packages().values()
     yield from _packages(BASELINES)
     yield from _packages(f"{BASELINES}.gl")
 

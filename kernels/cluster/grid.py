@@ -130,6 +130,15 @@ class Grid:
             "cells": (*self.counts, 0),
         }
 
+    @property
+    def edge(self) -> float:
+        """The largest cell edge, model units."""
+        return float(self.unit) / self.prescale
+
+    def rounding(self, positions: NDArray[np.float32]) -> float:
+        """What rounding moves such positions by, cells: the box may lie far from zero."""
+        return 4 * float(np.spacing(np.abs(positions).max(initial=0))) / self.edge
+
     def points(self, positions: NDArray[np.float32]) -> NDArray[np.float32]:
         """Positions (n, 3) float32 in units of the largest cell edge from the box corner, as the kernels round them."""
         return (positions * np.float32(self.prescale) - self.low) * self.inverse

@@ -31,9 +31,8 @@ def verdict(mesh: TriangleMesh, reference: Reference) -> Check:
         return Check(False, "vertices as many as the reference's", mesh.vertex_count, 0.0)
     if not mesh.vertex_count:
         return Check(True, WHAT, 0.0, DEPTH_TOLERANCE)
-    edge = float(grid.unit) / grid.prescale
     # float64 throughout: differences of positions far from the origin are exact
-    off = (mesh.positions.astype(np.float64) - expected.positions.astype(np.float64)) / edge
+    off = (mesh.positions.astype(np.float64) - expected.positions.astype(np.float64)) / grid.edge
     trace = np.trace(reference.A, axis1=1, axis2=2)
     flat = trace <= 1e-30
     A = reference.A / np.where(flat, 1, trace)[:, None, None]
@@ -42,7 +41,5 @@ def verdict(mesh: TriangleMesh, reference: Reference) -> Check:
     from_mean = np.linalg.norm(reference.points + off - reference.means, axis=1)
     depth[either & (from_mean <= 1.05)] = 0.0
     value = float(np.sqrt(np.maximum(depth, 0).max()))
-    # the corner of the box may be far away: positions are rounded there
-    rounding = 4 * float(np.spacing(np.abs(expected.positions).max())) / edge
-    tolerance = DEPTH_TOLERANCE + rounding
+    tolerance = DEPTH_TOLERANCE + grid.rounding(expected.positions)
     return Check(value <= tolerance, WHAT, value, tolerance)

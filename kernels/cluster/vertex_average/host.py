@@ -67,8 +67,6 @@ class VertexAverage(Clustering):
         if not np.array_equal(mesh.triangles, expected.triangles):
             return Check(False, what, np.inf, TOLERANCE)
         off = mesh.positions.astype(np.float64) - expected.positions.astype(np.float64)
-        edge = float(self.grid.unit) / self.grid.prescale
-        # the corner of the box may be far away: positions are rounded there
-        rounding = 4 * float(np.spacing(np.abs(expected.positions).max(initial=0))) / edge
-        worst = float(np.abs(off).max(initial=0)) / edge
-        return Check(worst <= TOLERANCE + rounding, what, worst, TOLERANCE + rounding)
+        worst = float(np.abs(off).max(initial=0)) / self.grid.edge
+        tolerance = TOLERANCE + self.grid.rounding(expected.positions)
+        return Check(worst <= tolerance, what, worst, tolerance)
