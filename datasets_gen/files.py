@@ -1,4 +1,7 @@
-"""Files that appear whole under their name, or leave what was there: the one way in which files are written."""
+"""Files that appear whole under their name, or leave what was there: the one way in which files are written.
+
+And the one folder in which something is kept from run to run.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,13 @@ from pathlib import Path
 from typing import BinaryIO
 
 PART = ".part"
+
+
+def cache_folder() -> Path:
+    """Where lodbench keeps what it would else make or download again; `LODBENCH_CACHE` moves it."""
+    import platformdirs
+
+    return Path(os.environ.get("LODBENCH_CACHE") or platformdirs.user_cache_dir("lodbench"))
 
 
 def beside(target: Path) -> Path:

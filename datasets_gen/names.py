@@ -1,9 +1,11 @@
-"""The standard names, and where real models lie; imports nothing, so that the tab key answers at once."""
+"""The standard names, and where real models lie; imports little, so that the tab key answers at once."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
+
+from lodbench.datasets_gen.files import cache_folder
 
 SIZED = (
     "torus_20k", "torus_1m", "sphere_10", "sphere_100", "sphere_1000",
@@ -41,9 +43,8 @@ FOLDERS = {
 
 def data_folders() -> list[Path]:
     """Where real models are looked for: LODBENCH_DATA if it is set, then the user's cache folder."""
-    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     given = os.environ.get("LODBENCH_DATA")
-    return [*([Path(given)] if given else []), Path(cache) / "lodbench" / "data"]
+    return [*([Path(given)] if given else []), cache_folder() / "data"]
 
 
 def standard_names() -> list[str]:

@@ -2,13 +2,13 @@
 
 import sys
 
-from lodbench.harness import interrupt
+from lodbench.harness.cli import interrupt
 
 
 def main() -> int:
     """The command line from start to end; returns the exit code."""
     interrupt.install()
-    from lodbench.harness import cli
+    from lodbench.harness.cli import app as cli
 
     interrupt.running(True)
     try:

@@ -3,7 +3,7 @@
 # first: importing it later would put the package where the function `refine` stands
 import lodbench.kernels.refine  # noqa: F401
 from lodbench.kernels.api import refine, refine_mesh, simplify, simplify_mesh
-from lodbench.kernels.device import Device, DeviceError, Unsupported
+from lodbench.kernels.opencl.device import Device, DeviceError, Unsupported
 from lodbench.kernels.render import render
 from lodbench.kernels.result import Result
 

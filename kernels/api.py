@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels import verbs
-from lodbench.kernels.device import Device
 from lodbench.kernels.inputs import as_mesh, taken, with_triangles
+from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.parameters import check
 from lodbench.kernels.result import Result
 from lodbench.kernels.targets import given_target

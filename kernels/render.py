@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.api import open_device
-from lodbench.kernels.device import Device
 from lodbench.kernels.inputs import as_mesh, with_triangles
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.parameters import Range, check
 from lodbench.kernels.stages.camera import TABLE_SIZE, fit_points, moved
 from lodbench.kernels.stages.raster import Raster, Side
 from lodbench.kernels.stages.shading import Shading
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import DeviceSurface, Frame, View
 
 MOST_PIXELS = 16384  # along a side, as drawn

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.device import Buffer, Device, Unsupported
+from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl.memory import Buffer
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.result import Result
-from lodbench.kernels.stages.timeline import Timeline
 
 __all__ = [
     "View", "Frame", "Check", "Footprint", "Traffic", "DeviceSurface", "Prepared", "System", "run",

@@ -1,15 +1,26 @@
 import os
+import shutil
+import tempfile
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
-from lodbench.kernels.device import Device, DeviceError
+from lodbench.kernels.opencl.device import Device, DeviceError
 
 # the same examples in every run; `pytest --hypothesis-profile=search` looks for new ones
 settings.register_profile("repeatable", derandomize=True)
 settings.register_profile("search", derandomize=False)
 settings.load_profile("repeatable")
+
+
+def pytest_configure(config):
+    """One cache folder per test run, which its processes share: what is made once is found by all, and left by none."""
+    if "LODBENCH_TEST_CACHE" not in os.environ:
+        folder = tempfile.mkdtemp(prefix="lodbench-tests-")
+        os.environ["LODBENCH_TEST_CACHE"] = folder
+        config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
+    os.environ["LODBENCH_CACHE"] = os.environ["LODBENCH_TEST_CACHE"]
 
 
 @pytest.fixture(scope="session")

@@ -18,15 +18,15 @@ from lodbench.datasets_gen.surfaces import (
     TriangleMesh,
 )
 from lodbench.datasets_gen.triangles import icosphere
-from lodbench.harness.limits import measure, measure_compaction
-from lodbench.harness.registry import systems
-from lodbench.kernels.device import Device
-from lodbench.kernels.program import Launch
+from lodbench.harness.measure.limits import measure, measure_compaction
+from lodbench.harness.plan.registry import systems
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.launch import Launch
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.stages.camera import fit_box
 from lodbench.kernels.stages.compact import Compact
 from lodbench.kernels.stages.raster import Raster, Shading
 from lodbench.kernels.stages.scan import ExclusiveScan
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Frame, Unsupported, run
 
 # the simulator runs a million instructions a second: what grows with these would take minutes

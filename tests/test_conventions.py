@@ -6,11 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from lodbench.harness.registry import systems
-from lodbench.kernels.program import kernel_parameters
+from lodbench.harness.plan.registry import systems
+from lodbench.kernels.opencl.source import kernel_parameters
 
 ROOT = Path(__file__).parents[1]
-KERNEL_FILES = sorted((ROOT / "kernels").rglob("*.cl"))
+KERNEL_FILES = sorted(
+    path for folder in ("kernels", "harness") for path in (ROOT / folder).rglob("*.cl")
+)
 PYTHON_FILES = sorted(
     path
     for folder in ("datasets_gen", "kernels", "harness")
@@ -140,7 +142,7 @@ def test_dataset_makers_use_no_opencl():
 
 
 def test_only_the_device_layer_imports_pyopencl():
-    allowed = {"kernels/driver.py", "harness/doctor_probe.py"}
+    allowed = {"kernels/opencl/driver.py", "harness/doctor/probe.py"}
     users = {
         short(path)
         for path in PYTHON_FILES

@@ -7,7 +7,7 @@ import pytest
 
 from lodbench.datasets_gen.read import read_mesh
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.cli import main
+from lodbench.harness.cli.app import main
 from lodbench.kernels import refine_mesh, simplify_mesh
 
 

@@ -8,8 +8,8 @@ import pytest
 from lodbench.datasets_gen.nurbs import ball
 from lodbench.datasets_gen.patches import cup
 from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
-from lodbench.harness.registry import systems
-from lodbench.kernels.device import Device
+from lodbench.harness.plan.registry import systems
+from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.system import Footprint, Frame, Unsupported, run
 
 SYSTEMS = systems()

@@ -8,7 +8,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-FAMILIES = {path.parent.name for path in (ROOT / "kernels").glob("*/__init__.py")} - {"stages"}
+FAMILIES = {path.parent.name for path in (ROOT / "kernels").glob("*/__init__.py")} - {
+    "stages",
+    "opencl",
+}
 # the package itself: without this, a later import would put the package where the function `refine` stands
 ALLOWED = {("lodbench.kernels", "lodbench.kernels.refine")}
 
@@ -47,6 +50,21 @@ def family(name: str) -> str | None:
     return parts[2] if parts[1] == "kernels" and len(parts) > 2 and parts[2] in FAMILIES else None
 
 
+ROOMS = ("record", "plan", "measure", "baselines", "report", "tables", "doctor", "cli")
+
+
+def room(name: str) -> str | None:
+    parts = name.split(".")
+    return parts[2] if parts[1] == "harness" and len(parts) > 2 and parts[2] in ROOMS else None
+
+
+@pytest.mark.parametrize("name", [name for name in GRAPH if room(name)])
+def test_rooms_of_the_harness_import_those_before_them(name):
+    for other in GRAPH[name]:
+        if room(other):
+            assert ROOMS.index(room(other)) <= ROOMS.index(room(name)), f"{name} imports {other}"
+
+
 def test_no_circle_of_imports():
     try:
         TopologicalSorter(GRAPH).prepare()
@@ -68,7 +86,7 @@ def test_reference_imports_nothing_of_its_host(name):
 
 SYSTEMS = {path.parent.name for path in (ROOT / "kernels").glob("*/*/host.py")}
 # the one that says which system a verb prefers, and pictures that are about one
-NAMING = {"lodbench.kernels.verbs", "lodbench.harness.distances"}
+NAMING = {"lodbench.kernels.verbs", "lodbench.harness.report.distances"}
 SHARED = [
     name
     for name in FILES

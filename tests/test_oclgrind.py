@@ -17,8 +17,8 @@ from pathlib import Path
 import pytest
 
 from lodbench.datasets_gen.files import write_file
-from lodbench.harness.registry import systems
-from lodbench.kernels.program import kernel_parameters
+from lodbench.harness.plan.registry import systems
+from lodbench.kernels.opencl.source import kernel_parameters
 
 ROOT = Path(__file__).parents[1]
 SUBJECTS = ["stages", *(name for name, system in systems().items() if system.runs_on == "device")]
@@ -136,8 +136,8 @@ def test_a_kernel_with_a_race_and_a_stray_write_is_reported(tmp_path):
     )
     script = (
         "import numpy as np\n"
-        "from lodbench.kernels.device import Device\n"
-        "from lodbench.kernels.stages.timeline import Timeline\n"
+        "from lodbench.kernels.opencl.device import Device\n"
+        "from lodbench.kernels.opencl.timeline import Timeline\n"
         "d = Device.open('oclgrind')\n"
         "n = d.upload('n', np.zeros(3, np.int32))\n"
         f"d.build({str(file)!r}).launch('wrong', 4, stage='s', local=4, n=n)(Timeline())\n"

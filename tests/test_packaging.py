@@ -62,7 +62,7 @@ def test_wheel_declares_the_command(wheel):
 def test_wheel_runs_from_its_own_folder(wheel, tmp_path):
     archive, _ = wheel
     archive.extractall(tmp_path)
-    code = "from lodbench.kernels.device import KERNELS; print(KERNELS); import lodbench.kernels"
+    code = "from lodbench.kernels.opencl.source import KERNELS; print(KERNELS); import lodbench.kernels"
     done = subprocess.run(
         [sys.executable, "-I", "-c", f"import sys; sys.path.insert(0, {str(tmp_path)!r}); "
          "sys.meta_path = [f for f in sys.meta_path if 'editable' not in repr(f).lower()]; " + code],

@@ -9,8 +9,8 @@ from typing import Any
 from threadpoolctl import ThreadpoolController
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.device import Device
-from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.system import Check, Footprint, Frame, Traffic
 
 STAGE = "call"

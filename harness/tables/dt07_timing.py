@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from lodbench.harness.group import Context, Draw, Group, Subject
-from lodbench.harness.ratios import ratios
-from lodbench.harness.record import GroupRecord, RunRecord, SubjectRecord
-from lodbench.harness.tables import (
+from lodbench.harness.plan.group import Context, Draw, Group, Subject
+from lodbench.harness.plan.table import (
     FRAME_COLUMNS,
     QUALITY_COLUMNS,
+    SLOPE_COLUMNS,
     WALL_COLUMNS,
     Column,
+    Entry,
     Row,
     Table,
-    limit_share,
-    measured,
-    memory_bytes,
+    brief,
     ratio_columns,
+    stage_columns,
 )
-from lodbench.harness.timing import log_slope, summary
-from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.cluster.prepare import search_cells
-from lodbench.kernels.cluster.upload import Upload
+from lodbench.harness.report.statistics import summary
 
 REDUCTION = 0.9
 SCANS = ("bunny_69k", "armadillo_86k", "dragon_100k", "buddha_100k")
@@ -49,28 +45,22 @@ PEERS = {  # label: (package, system), taken where the package is installed
     "meshoptimizer_simplify": ("meshoptimizer", "meshoptimizer_simplify"),
 }
 PASSES = ("pass_1", "pass_2", "pass_3")
-
-
-def searched_cells(context: Context) -> dict[str, Any]:
-    """The grid that removes about 90 % of the triangles, found by counting passes outside the timed frames."""
-    count = round((1 - REDUCTION) * context.surface.triangle_count)
-    return {"cells": search_cells(Upload(context.device, context.surface), count).cells}
+PASS_COLUMNS = stage_columns(PASSES)
 
 
 def same_cells(context: Context) -> dict[str, Any]:
-    """The grid that ours was run on."""
-    return {"cells": context.params[OURS].cells}
+    """The grid that ours found."""
+    return {"cells": context.counter(OURS, "cells_along_longest")}
 
 
 def same_counts_per_axis(context: Context) -> dict[str, Any]:
     """The same number of cells per axis, for peers that divide the box evenly."""
-    low, high = context.surface.box
-    return {"cells": Grid.over(low, high, context.params[OURS].cells).counts}
+    return {"cells": tuple(context.counter(OURS, f"cells_{axis}") for axis in "xyz")}
 
 
 def same_count(context: Context) -> dict[str, Any]:
     """Exactly as many triangles as ours left."""
-    return {"target_count": int(context.counters[OURS]["triangles"])}
+    return {"target_count": int(context.counter(OURS, "triangles"))}
 
 
 def separate(context: Context) -> dict[str, Any]:
@@ -86,7 +76,7 @@ def careful(context: Context) -> dict[str, Any]:
 def groups(quick: bool) -> list[Group]:
     """Scans (or their stand-ins) and one generated surface at several sizes; `quick` stops at 330 thousand."""
     subjects = [
-        Subject(OURS, searched_cells, draw=Draw(apart=True)),
+        Subject(OURS, {"target_reduction": REDUCTION}, draw=Draw(apart=True)),
         Subject(OURS, separate, "separate"),
         Subject(OURS, same_cells, "one_core", one_core=True),
         Subject("simplify_call", same_cells),
@@ -112,60 +102,34 @@ def groups(quick: bool) -> list[Group]:
     ]
 
 
-def _passes(subject: SubjectRecord) -> Row:
-    """Median seconds of each pass, where they were timed apart, and the first one's share."""
-    if not set(PASSES) <= set(subject.stages):
-        return {}
-    found = {name: summary(subject.stage_s(name)) for name in PASSES}
-    row: Row = {f"{name}_s": value.median for name, value in found.items() if value}
-    shares = [
-        first / whole
-        for first, whole in zip(subject.stage_s("pass_1"), subject.stage_s(), strict=True)
-        if whole > 0
-    ]
-    middle = summary(shares)
-    row["pass_1_share"] = middle.median if middle else None
-    row["published_pass_1_share"] = 0.75
-    return row
+def _pass_1_share(entry: Entry) -> float | None:
+    """The first pass's share of the device time, median over samples."""
+    subject = entry.subject
+    found = zip(subject.stage_s("pass_1"), subject.stage_s(), strict=True)
+    middle = summary([first / whole for first, whole in found if whole > 0])
+    return middle.median if middle else None
 
 
-def _row(run: RunRecord, group: GroupRecord, label: str) -> Row:
-    subject = group.subjects[label]
-    row = measured(group, subject) | _passes(subject)
-    row |= ratios(group, subject, BASELINES, run.environment["seed"])
-    cells = (subject.params or {}).get("cells")
-    row["cells"] = cells
+def own(entry: Entry) -> Mapping[str, Any]:
+    """The passes where they were timed apart, triangles per second, and what slide 19 says."""
+    row, label = entry.row, entry.subject.label
+    more: Row = {}
+    if set(PASSES) <= set(entry.subject.stages):
+        more |= {"pass_1_share": _pass_1_share(entry), "published_pass_1_share": 0.75}
+    else:
+        more |= {column.key: None for column in PASS_COLUMNS}
     if row["wall_s"]:
-        row["triangles_per_s"] = row["triangles_in"] / row["wall_s"]
-    row["vertices_out"] = subject.counters.get("vertices")
-    row["first_launch_s"] = subject.phases.get("first_launch")
-    row["memory_bytes"] = memory_bytes(group, subject)
-    if label != "one_core":  # its own limits were not measured
-        row["limit_share"] = limit_share(run, subject)
+        more["triangles_per_s"] = row["triangles_in"] / row["wall_s"]
     if label == OURS:
-        row["published_ratio_to_cpu"] = 20
-    return row
+        more["published_ratio_to_cpu"] = 20
+        if row["dataset"] in GENERATED:
+            more["published_slope"] = 1
+    return more
 
 
-def _slopes(made: Sequence[Row], records: Sequence[GroupRecord]) -> None:
-    """Put the fitted exponent of time over size into the rows of the generated series, system by system."""
-    series = {group.facts["dataset"] for group in records if group.config["dataset"] in GENERATED}
-    for label in {row["system"] for row in made}:
-        mine = [r for r in made if r["system"] == label and r["dataset"] in series and r["wall_s"]]
-        fit = log_slope([r["triangles_in"] for r in mine], [r["wall_s"] for r in mine])
-        if fit is None:
-            continue
-        for row in mine:
-            row["time_exponent"], row["time_exponent_low"], row["time_exponent_high"] = fit
-            if label == OURS:
-                row["published_time_exponent"] = 1
-
-
-def rows(run: RunRecord, records: Sequence[GroupRecord]) -> list[Row]:
-    """One row per dataset and subject."""
-    made = [_row(run, group, label) for group in records for label in group.subjects]
-    _slopes(made, records)
-    return made
+def line(row: Row) -> str | None:
+    """The generated series, system by system."""
+    return row["system"] if row["dataset"] in GENERATED else None
 
 
 TABLE = Table(
@@ -173,43 +137,31 @@ TABLE = Table(
     title="Simplification by quadric clustering against its rivals, 90 % removed",
     source="DeCoro & Tatarchuk 2007, slide 19; published on an ATI GPU against a Pentium 4 3 GHz, as a chart",
     groups=groups,
-    rows=rows,
+    own=own,
+    line=line,
     columns=(
-        Column("dataset", "dataset"),
+        Column("dataset", "dataset", brief=True),
         Column("triangles_in", "triangles in"),
-        Column("system", "system"),
+        Column("system", "system", brief=True),
         Column("cells", "cells"),
-        Column("triangles_out", "triangles out"),
+        Column("triangles_out", "triangles out", brief=True),
         Column("vertices_out", "points out"),
         *WALL_COLUMNS,
         Column("stage_s", "device time", "s"),
-        *(Column(f"{name}_s", name.replace("_", " "), "s") for name in PASSES),
+        *PASS_COLUMNS,
         Column("pass_1_share", "share of pass 1", "1"),
         Column("limit_share", "share of the device's limit", "1"),
         Column("triangles_per_s", "triangles in per second", "1/s"),
-        *FRAME_COLUMNS,
+        *brief(FRAME_COLUMNS),
         *QUALITY_COLUMNS,
-        *ratio_columns(BASELINES),
-        Column("time_exponent", "exponent of time over size", "1"),
-        Column("time_exponent_low", "exponent, low", "1"),
-        Column("time_exponent_high", "exponent, high", "1"),
+        *ratio_columns(BASELINES, shown=BASELINES[1:3]),
+        *SLOPE_COLUMNS,
         Column("first_launch_s", "first launch", "s"),
         Column("memory_bytes", "memory", "B"),
         Column("stored_bytes", "stored", "B"),
         Column("published_ratio_to_cpu", "published times faster than a CPU", "1"),
         Column("published_pass_1_share", "published share of pass 1", "1"),
-        Column("published_time_exponent", "published exponent", "1"),
-    ),
-    brief=(
-        "dataset",
-        "system",
-        "triangles_out",
-        "wall_s",
-        "rms_error",
-        "nonmanifold_edges",
-        "ratio_to_numpy_quadric_clustering",
-        "ratio_to_fast_simplification",
-        "status",
+        Column("published_slope", "published slope", "1"),
     ),
     notes=(
         "Slide 19 shows a chart without numbers: the individual times were not found. Stated are an average of 20 "
@@ -228,6 +180,6 @@ TABLE = Table(
         "the first frame (Linux only), a lower bound: what a package kept from earlier calls is not counted again.",
         "The share of the device's limit is the least time for the bytes that must move and the operations that must "
         "be done, by the fill, copy and multiply-add rates measured in the same run, over the device time.",
-        "The exponent is the slope of log time over log size of one generated surface, with its 95 % interval.",
+        "The slope is that of log time over log size of one generated surface, with its 95 % interval.",
     ),
 )

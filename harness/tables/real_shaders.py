@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from lodbench.harness.group import Draw, Group, Subject
-from lodbench.harness.ratios import ratios
-from lodbench.harness.record import GroupRecord, RunRecord
-from lodbench.harness.tables import (
+from lodbench.harness.measure.timing import VERY_SLOW_S
+from lodbench.harness.plan.group import Draw, Group, Subject
+from lodbench.harness.plan.table import (
     WALL_COLUMNS,
     Column,
+    Entry,
     Row,
     Table,
-    measured,
+    brief,
     ratio_columns,
 )
-from lodbench.harness.timing import VERY_SLOW_S
 from lodbench.kernels.stages.camera import TABLE_SIZE
 
 BASELINES = ("gl_static_vbo", "gl_pattern", "gl_tessellation", "gl_quadric_clustering")
@@ -76,27 +75,20 @@ def groups(quick: bool) -> list[Group]:
     return [*made, _clustered("bunny_69k"), *([] if quick else [_clustered("dragon_871k")])]
 
 
-def _row(run: RunRecord, group: GroupRecord, label: str) -> Row:
-    subject = group.subjects[label]
-    row = measured(group, subject)
-    # a tessellator cuts the same segments into half as many triangles again: that is its way of doing the work
-    row |= ratios(
-        group, subject, BASELINES, run.environment["seed"], any_count=("gl_tessellation",)
-    )
-    pocl = run.environment.get("pocl")
-    ours = f"PoCL {pocl}" if pocl else run.environment["device"].get("platform")
-    row["driver"] = subject.driver or (ours and subject.samples and f"OpenCL, {ours}") or None
+def own(entry: Entry) -> Mapping[str, Any]:
+    """The driver; and a sample that drew is a whole frame."""
+    row, subject, environment = entry.row, entry.subject, entry.run.environment
+    pocl = environment.get("pocl")
+    ours = f"PoCL {pocl}" if pocl else environment["device"].get("platform")
+    more: Row = {
+        "driver": subject.driver or (ours and subject.samples and f"OpenCL, {ours}") or None
+    }
     wall = row["wall_s"]
     if wall and row["work"] in DRAWN:
-        row["frame_fps"] = 1 / wall
+        more["frame_fps"] = 1 / wall
     if wall and wall > VERY_SLOW_S:
-        row["reason"] = ", ".join(filter(None, (row["reason"], "one sample: over 30 s")))
-    return row
-
-
-def rows(run: RunRecord, records: Sequence[GroupRecord]) -> list[Row]:
-    """One row per work, size and subject."""
-    return [_row(run, group, label) for group in records for label in group.subjects]
+        more["reason"] = ", ".join(filter(None, (row["reason"], "one sample: over 30 s")))
+    return more
 
 
 TABLE = Table(
@@ -104,31 +96,22 @@ TABLE = Table(
     title="Our stages against an OpenGL driver's shaders",
     source="OpenGL through EGL: vertex, tessellation, geometry and fragment shaders of the driver named in each row",
     groups=groups,
-    rows=rows,
+    own=own,
+    # a tessellator cuts the same segments into half as many triangles again: that is its way of doing the work
+    any_count=("gl_tessellation",),
     columns=(
-        Column("work", "work"),
+        Column("work", "work", brief=True),
         Column("dataset", "dataset"),
-        Column("triangles_in", "triangles in"),
-        Column("segments", "segments"),
-        Column("cells", "cells"),
-        Column("system", "system"),
+        Column("triangles_in", "triangles in", brief=True),
+        Column("segments", "segments", brief=True),
+        Column("cells", "cells", brief=True),
+        Column("system", "system", brief=True),
         Column("triangles_out", "triangles out"),
-        *WALL_COLUMNS,
+        *brief(WALL_COLUMNS, "wall_s", "samples"),
         Column("stage_s", "device time", "s"),
-        Column("frame_fps", "frame fps", "1/s"),
+        Column("frame_fps", "frame fps", "1/s", brief=True),
         *ratio_columns(BASELINES),
         Column("driver", "driver"),
-    ),
-    brief=(
-        "work",
-        "triangles_in",
-        "segments",
-        "system",
-        "wall_s",
-        "samples",
-        "frame_fps",
-        *(f"ratio_to_{name}" for name in BASELINES),
-        "status",
     ),
     notes=(
         "Images are 1280 x 1024 with the same camera, lights and colours on both sides. A driver's frame ends when it "

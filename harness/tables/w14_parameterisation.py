@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from lodbench.datasets_gen import catalogue
-from lodbench.harness.group import Group, Subject
-from lodbench.harness.record import GroupRecord, RunRecord
-from lodbench.harness.tables import (
+from lodbench.harness.plan.group import Group, Subject
+from lodbench.harness.plan.table import (
     QUALITY_COLUMNS,
     WALL_COLUMNS,
     Column,
-    Row,
+    Entry,
     Table,
-    measured,
+    brief,
+    stage_columns,
 )
 
 SMALL = ("knight_1k", "goathead_od", "spot", "wingnut_od", "elephant_mesh")
@@ -25,15 +25,6 @@ OTHERS = (
 ALWAYS = "blob_with_ears_20k"  # generated, so that the table has rows without any scan
 WEIGHTS = {name: 60.0 for name in LARGE} | {name: 30.0 for name in OTHERS}
 STEPS = ("parameterise", "rotation", "resample")
-COUNTED = (
-    "flipped",
-    "flipped_before_repair",
-    "degree",
-    "area_least_hundredth",
-    "area_min",
-    "area_max",
-    *(f"{step}_s" for step in STEPS),
-)
 
 
 def groups(quick: bool) -> list[Group]:
@@ -61,18 +52,9 @@ def groups(quick: bool) -> list[Group]:
     return made
 
 
-def rows(run: RunRecord, records: Sequence[GroupRecord]) -> list[Row]:
-    """One row per scan and way."""
-    found = []
-    for group in records:
-        for subject in group.subjects.values():
-            row = measured(group, subject)
-            row |= {key: subject.counters.get(key) for key in COUNTED}
-            params = subject.params or {}
-            row |= {key: params.get(key) for key in ("n", "mode", "seed")}
-            row["from_cache"] = "yes" if params.get("cache") else "no"
-            found.append(row)
-    return found
+def own(entry: Entry) -> Mapping[str, Any]:
+    """Whether the sphere was read from disk."""
+    return {"from_cache": "yes" if (entry.subject.params or {}).get("cache") else "no"}
 
 
 TABLE = Table(
@@ -80,36 +62,23 @@ TABLE = Table(
     title="From a mesh to its geometry image",
     source="Wang, Liu, Feng & Li, section 2; no figures are published",
     groups=groups,
-    rows=rows,
+    own=own,
     columns=(
-        Column("dataset", "dataset"),
+        Column("dataset", "dataset", brief=True),
         Column("triangles_in", "triangles"),
-        Column("system", "way"),
-        Column("n", "n"),
+        Column("system", "way", brief=True),
+        Column("n", "n", brief=True),
         Column("seed", "seed"),
         Column("from_cache", "sphere from cache"),
         *WALL_COLUMNS,
-        *(Column(f"{step}_s", step, "s") for step in STEPS),
-        Column("flipped", "turned over"),
+        *stage_columns(STEPS),
+        Column("flipped", "turned over", brief=True),
         Column("flipped_before_repair", "turned over before repair"),
-        Column("degree", "degree"),
-        Column("area_least_hundredth", "relative area below which 1 % lies", "1"),
+        Column("degree", "degree", brief=True),
+        Column("area_least_hundredth", "relative area below which 1 % lies", "1", brief=True),
         Column("area_min", "least relative area", "1"),
         Column("area_max", "largest relative area", "1"),
-        *QUALITY_COLUMNS,
-    ),
-    brief=(
-        "dataset",
-        "system",
-        "n",
-        "wall_s",
-        "flipped",
-        "degree",
-        "area_least_hundredth",
-        "rms_error",
-        "rms_error_back",
-        "max_error",
-        "status",
+        *brief(QUALITY_COLUMNS, "rms_error", "rms_error_back", "max_error"),
     ),
     notes=(
         "Times are of the whole set-up, on the host but for the star optimisation, one sample each: the first and only "

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from lodbench.harness.group import Draw, Group, Subject
-from lodbench.harness.ratios import ratios
-from lodbench.harness.record import GroupRecord, RunRecord
-from lodbench.harness.tables import (
+from lodbench.harness.plan.group import Draw, Group, Subject
+from lodbench.harness.plan.table import (
     FRAME_COLUMNS,
+    SLOPE_COLUMNS,
     WALL_COLUMNS,
     Column,
+    Entry,
     Row,
     Table,
-    measured,
-    memory_bytes,
     ratio_columns,
 )
-from lodbench.harness.timing import log_slope
 
 DATASET = "bunny_closed_70k"
 LEVELS = (6, 7, 8, 9, 10, 11)
@@ -49,26 +46,16 @@ def groups(quick: bool) -> list[Group]:
     return made
 
 
-def rows(run: RunRecord, records: Sequence[GroupRecord]) -> list[Row]:
-    """One row per subject and size; the last of each subject and share holds the fitted slope."""
-    found = []
-    for group in records:
-        for subject in group.subjects.values():
-            row = measured(group, subject)
-            row |= ratios(group, subject, BASELINES, run.environment["seed"])
-            row["memory_bytes"] = memory_bytes(group, subject)
-            if row["wall_s"] and row["triangles_out"]:
-                row["triangles_per_s"] = row["triangles_out"] / row["wall_s"]
-            found.append(row)
-    series: dict[tuple[str, str], list[Row]] = {}
-    for row in found:
-        if row["wall_s"] and row["status"] in ("ok", "noisy"):
-            series.setdefault((row["system"], row["share"]), []).append(row)
-    for line in series.values():
-        fit = log_slope([row["triangles_out"] for row in line], [row["wall_s"] for row in line])
-        if fit:
-            line[-1]["slope"], line[-1]["slope_low"], line[-1]["slope_high"] = fit
-    return found
+def own(entry: Entry) -> Mapping[str, Any]:
+    """Triangles drawn per second."""
+    row = entry.row
+    timed = row["wall_s"] and row["triangles_out"]
+    return {"triangles_per_s": row["triangles_out"] / row["wall_s"]} if timed else {}
+
+
+def line(row: Row) -> tuple[str, str]:
+    """All sizes of a subject that draws the same share."""
+    return row["system"], row["share"]
 
 
 TABLE = Table(
@@ -76,36 +63,23 @@ TABLE = Table(
     title="Time against the size of the geometry image",
     source="Wang, Liu, Feng & Li, section 5 (larger models are named as further work)",
     groups=groups,
-    rows=rows,
+    own=own,
+    line=line,
+    size="triangles_out",
     columns=(
         Column("dataset", "dataset"),
-        Column("n", "n"),
-        Column("share", "triangles drawn"),
-        Column("system", "system"),
-        Column("triangles_out", "triangles"),
+        Column("n", "n", brief=True),
+        Column("share", "triangles drawn", brief=True),
+        Column("system", "system", brief=True),
+        Column("triangles_out", "triangles", brief=True),
         *WALL_COLUMNS,
         Column("stage_s", "device time", "s"),
         *FRAME_COLUMNS,
-        Column("triangles_per_s", "triangles per second", "1/s"),
-        Column("slope", "slope", "1"),
-        Column("slope_low", "slope, low", "1"),
-        Column("slope_high", "slope, high", "1"),
+        Column("triangles_per_s", "triangles per second", "1/s", brief=True),
+        *SLOPE_COLUMNS,
         *ratio_columns(BASELINES),
         Column("stored_bytes", "stored", "B"),
         Column("memory_bytes", "memory", "B"),
-    ),
-    brief=(
-        "n",
-        "share",
-        "system",
-        "triangles_out",
-        "wall_s",
-        "frame_fps",
-        "triangles_per_s",
-        "slope",
-        "ratio_to_serial_traversal",
-        "ratio_to_static_vbo",
-        "status",
     ),
     notes=(
         "slope: of the logarithm of the median wall time by that of the triangles, over all sizes of the subject; 1 is "

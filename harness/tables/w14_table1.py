@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from lodbench.datasets_gen import catalogue
-from lodbench.harness.group import Context, Draw, Group, Subject
-from lodbench.harness.ratios import ratios
-from lodbench.harness.record import GroupRecord, RunRecord, SubjectRecord
-from lodbench.harness.tables import (
+from lodbench.harness.plan.group import Context, Draw, Group, Subject
+from lodbench.harness.plan.table import (
     FRAME_COLUMNS,
     QUALITY_COLUMNS,
     WALL_COLUMNS,
     Column,
+    Entry,
     Row,
     Table,
-    measured,
-    published,
+    brief,
     ratio_columns,
+    stage_columns,
 )
-from lodbench.harness.timing import summary
-from lodbench.kernels.cluster.prepare import search_cells
-from lodbench.kernels.cluster.upload import Upload
+from lodbench.harness.record.record import GroupRecord
+from lodbench.harness.report.rows import published
 
 DATASET = "bunny_closed_70k"
 SECOND = {"armadillo_86k": (86_482, 64_861, 43_241, 21_620)}  # 100, 75, 50, 25 % of its triangles
@@ -45,23 +43,17 @@ PUBLISHED_S = {
 
 def same_threshold(context: Context) -> dict[str, Any]:
     """The threshold that gave ours its triangles."""
-    return {"n": LEVEL, "threshold": context.counters[OURS]["threshold"]}
+    return {"n": LEVEL, "threshold": context.counter(OURS, "threshold")}
 
 
 def same_count(context: Context) -> dict[str, Any]:
     """As many triangles as ours has."""
-    return {"target_count": int(context.counters[OURS]["triangles"])}
+    return {"target_count": int(context.counter(OURS, "triangles"))}
 
 
 def same_count_image(context: Context) -> dict[str, Any]:
     """The largest even grid with at most as many triangles, from the same image."""
     return {"n": LEVEL, **same_count(context)}
-
-
-def near_cells(context: Context) -> dict[str, Any]:
-    """The grid whose cells leave about as many triangles, found by counting passes."""
-    wanted = same_count(context)["target_count"]
-    return {"cells": search_cells(Upload(context.device, context.surface), wanted).cells}
 
 
 def groups(quick: bool) -> list[Group]:
@@ -90,40 +82,30 @@ def _subjects(count: int) -> tuple[Subject, ...]:
         Subject("numpy_quadtree_lod", same_threshold),
         Subject("uniform_grid", {"n": LEVEL}, "full_image", case="full", draw=DRAW),
         Subject("uniform_grid", same_count_image, case="full", draw=DRAW),
-        Subject("quadric_clustering", near_cells, draw=DRAW),
+        Subject("quadric_clustering", same_count, draw=DRAW),
         Subject("fast_simplification", same_count),
     )
 
 
-def _stages(subject: SubjectRecord) -> Row:
-    """Median seconds of each stage of the one-pass filter, and of its choice and merge together."""
-    found = {name: summary(subject.stage_s(name)) for name in STAGES if name in subject.stages}
-    return {f"{name}_s": value.median for name, value in found.items() if value}
+def own(entry: Entry) -> Mapping[str, Any]:
+    """The error beside the uniform grid's, and the published time."""
+    more: Row = {}
+    asked = entry.group.facts["triangles_asked"]
+    if entry.subject.label == OURS and asked in PUBLISHED_S:
+        more["published_wall_s"], _ = PUBLISHED_S[asked]
+    uniform = (entry.group.subjects["uniform_grid"].quality or {}).get("rms_error")
+    if uniform and entry.row["rms_error"]:
+        more["error_of_uniform_grid"] = uniform / entry.row["rms_error"]
+    return more
 
 
-def _row(run: RunRecord, group: GroupRecord, label: str) -> Row:
-    subject = group.subjects[label]
-    row = measured(group, subject) | _stages(subject)
-    row |= ratios(group, subject, BASELINES, run.environment["seed"], any_count=("full_image",))
-    if label == OURS and group.facts["triangles_asked"] in PUBLISHED_S:
-        row["published_wall_s"], _ = PUBLISHED_S[group.facts["triangles_asked"]]
-    row["vertices_out"] = subject.counters.get("vertices")
-    row["nodes"] = subject.counters.get("nodes")
-    uniform = measured(group, group.subjects["uniform_grid"])["rms_error"]
-    if uniform and row["rms_error"]:
-        row["error_of_uniform_grid"] = uniform / row["rms_error"]
-    return row
-
-
-def rows(run: RunRecord, records: Sequence[GroupRecord]) -> list[Row]:
-    """One row per subject and triangle count, in the paper's order, and one for what it compares itself with."""
-    found = []
-    for group in records:
-        found += [_row(run, group, label) for label in group.subjects]
-        if group.facts["triangles_asked"] in PUBLISHED_S:
-            _, other = PUBLISHED_S[group.facts["triangles_asked"]]
-            found.append(published(group, PREDECESSOR, published_wall_s=other))
-    return found
+def also(group: GroupRecord) -> list[Row]:
+    """What the paper compares itself with: nothing of it was measured."""
+    asked = group.facts["triangles_asked"]
+    if asked not in PUBLISHED_S:
+        return []
+    _, other = PUBLISHED_S[asked]
+    return [published(group, PREDECESSOR, published_wall_s=other)]
 
 
 TABLE = Table(
@@ -131,37 +113,25 @@ TABLE = Table(
     title="Drawing a geometry image in as much detail as asked for",
     source="Wang, Liu, Feng & Li, table 1; published on an i5-4200H 2.8 GHz with a GeForce GTX 850M",
     groups=groups,
-    rows=rows,
+    own=own,
+    also=also,
+    any_count=("full_image",),
     columns=(
-        Column("dataset", "dataset"),
-        Column("triangles_asked", "triangles asked for"),
-        Column("system", "system"),
-        Column("triangles_out", "triangles"),
+        Column("dataset", "dataset", brief=True),
+        Column("triangles_asked", "triangles asked for", brief=True),
+        Column("system", "system", brief=True),
+        Column("triangles_out", "triangles", brief=True),
         Column("vertices_out", "vertices"),
         Column("nodes", "nodes drawn"),
         *WALL_COLUMNS,
         Column("stage_s", "device time", "s"),
-        *FRAME_COLUMNS,
-        *(Column(f"{name}_s", name, "s") for name in STAGES),
-        *ratio_columns(BASELINES),
-        *QUALITY_COLUMNS,
-        Column("error_of_uniform_grid", "uniform grid's RMS error over this", "1"),
+        *brief(FRAME_COLUMNS, "frame_s"),
+        *stage_columns(STAGES),
+        *ratio_columns(BASELINES, shown=BASELINES[:2]),
+        *brief(QUALITY_COLUMNS, "rms_error"),
+        Column("error_of_uniform_grid", "uniform grid's RMS error over this", "1", brief=True),
         Column("stored_bytes", "stored", "B"),
-        Column("published_wall_s", "published", "s"),
-    ),
-    brief=(
-        "dataset",
-        "triangles_asked",
-        "system",
-        "triangles_out",
-        "wall_s",
-        "frame_s",
-        "ratio_to_serial_traversal",
-        "ratio_to_numpy_quadtree_lod",
-        "rms_error",
-        "error_of_uniform_grid",
-        "published_wall_s",
-        "status",
+        Column("published_wall_s", "published", "s", brief=True),
     ),
     notes=(
         "The published times include drawing, on a GPU; ours are the stages before the rasteriser, on this device. The "

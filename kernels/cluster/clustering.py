@@ -13,10 +13,11 @@ from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.search import Found
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.upload import Upload
-from lodbench.kernels.device import Device, DeviceError
-from lodbench.kernels.program import Buffer, Launch, Program
+from lodbench.kernels.opencl.device import Device, DeviceError
+from lodbench.kernels.opencl.launch import Launch, Program
+from lodbench.kernels.opencl.memory import Buffer
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.subject import POINT, WORD, DeviceSubject
 from lodbench.kernels.system import DeviceSurface
 from lodbench.kernels.targets import missed
@@ -220,13 +221,14 @@ class Clustering(DeviceSubject):
     def more_counters(self) -> Mapping[str, int | float]:
         """Sizes in, and occupied cells.
 
-        With a target also `target`, `target_gap` (triangles short of it, negative where there are more),
-        `counting_passes` and `cells_along_longest`.
+        `cells_x`, `cells_y`, `cells_z` are those along each axis. With a target also `target`, `target_gap`
+        (triangles short of it, negative where there are more), `counting_passes` and `cells_along_longest`.
         """
         counters: dict[str, int | float] = {
             "vertices_in": self._vertices,
             "triangles_in": self._triangles,
             "cells": self.grid.cell_count,
+            **{f"cells_{axis}": n for axis, n in zip("xyz", self.grid.counts, strict=True)},
             "cells_occupied": self.occupied,
         }
         if self.found is not None:

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lodbench.kernels.device import Device
-from lodbench.kernels.program import Buffer
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.memory import Buffer
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.stages.scan import check_row, chunk_count, chunk_local, live_rows
-from lodbench.kernels.stages.timeline import Timeline
 
 
 class Compact:

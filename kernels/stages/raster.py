@@ -7,13 +7,14 @@ from typing import Annotated, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl.launch import Launch, Program
+from lodbench.kernels.opencl.memory import Buffer
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.parameters import Range, check
-from lodbench.kernels.program import Buffer, Launch, Program
 from lodbench.kernels.stages.camera import to_screen
 from lodbench.kernels.stages.scan import chunk_local
 from lodbench.kernels.stages.shading import Shading, lights
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import DeviceSurface, Frame, View
 
 TILE = 64  # pixels per side
@@ -25,7 +26,6 @@ LARGE_PIXELS = 4096  # of a triangle's box: above, and above 1/256 of the image,
 LARGE_CAPACITY = 1 << 15  # such triangles; one too many is drawn where it is found
 MAPS = 16  # private maps at most: each costs 8 bytes per pixel that it touches
 GPU_ITEMS = 1 << 14
-KEY_BYTES = 8
 ATOMICS = "cl_khr_int64_extended_atomics"
 VERTEX, RASTER, FRAGMENT = "vertex_transform", "raster", "fragment"
 
@@ -81,7 +81,7 @@ class Raster:
         self._shared = not device.is_cpu if shared is None else shared
         if self._shared and ATOMICS not in device.facts.extensions:
             raise Unsupported(f"needs {ATOMICS} for a map that all items share, device has none")
-        room = device.memory_limit // (4 * KEY_BYTES * TILE * TILE * self._tiles)
+        room = device.memory_limit // (4 * 8 * TILE * TILE * self._tiles)  # 8 bytes per key
         self._maps = maps or max(min(device.facts.compute_units, MAPS, room), 1)
         if self._shared:
             self._maps = 1

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from lodbench.kernels.device import Device
-from lodbench.kernels.program import Buffer
-from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.memory import Buffer
+from lodbench.kernels.opencl.timeline import Timeline
 
 CHUNK_ROWS = 4096  # a shorter chunk costs more to start than to walk
 GPU_CHUNK_ROWS = 64

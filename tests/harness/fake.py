@@ -8,11 +8,13 @@ import numpy as np
 
 from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness import derive, limits, registry, tables
-from lodbench.harness.group import Group, Subject
-from lodbench.harness.ratios import ratios
-from lodbench.harness.tables import Column, Table, measured, ratio_columns
-from lodbench.kernels.device import DeviceError, Unsupported
+from lodbench.harness.measure import limits
+from lodbench.harness.plan import registry
+from lodbench.harness.plan import table as tables
+from lodbench.harness.plan.group import Group, Subject
+from lodbench.harness.plan.table import Column, Table, ratio_columns
+from lodbench.harness.report import derive
+from lodbench.kernels.opencl.device import DeviceError, Unsupported
 from lodbench.kernels.system import Check, Footprint, System, Timeline, Traffic
 
 TETRAHEDRON = TriangleMesh(
@@ -103,13 +105,6 @@ def table(seconds=0.0, datasets=DATASETS):
             for dataset in datasets
         ]
 
-    def rows(run, records):
-        return [
-            measured(group, subject) | ratios(group, subject, ["other"])
-            for group in records
-            for subject in group.subjects.values()
-        ]
-
     columns = (
         Column("dataset", "dataset"),
         Column("system", "system"),
@@ -117,7 +112,7 @@ def table(seconds=0.0, datasets=DATASETS):
         Column("wall_s", "median wall", "s"),
         *ratio_columns(["other"]),
     )
-    return Table("fake_table", "A fake table", "nobody 1999", groups, columns, rows, ("a note",))
+    return Table("fake_table", "A fake table", "nobody 1999", groups, columns, notes=("a note",))
 
 
 def find(name):

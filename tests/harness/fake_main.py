@@ -2,7 +2,7 @@
 
 import sys
 
-from lodbench.harness.cli import main
+from lodbench.harness.cli.app import main
 from tests.harness.fake import install
 
 install(seconds=float(sys.argv[1]))

@@ -5,18 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
-from lodbench.harness.ratios import counts, ratios
-from lodbench.harness.record import RUN, SCHEMA, Writer, write_json
-from lodbench.harness.tables import (
+from lodbench.harness.plan.table import (
     QUALITY_COLUMNS,
     STATUS_COLUMNS,
     WALL_COLUMNS,
     Column,
     Table,
-    measured,
     ratio_columns,
-    write,
 )
+from lodbench.harness.record.record import RUN, SCHEMA, Writer, write_json
+from lodbench.harness.report.document import write
+from lodbench.harness.report.ratios import counts
 
 ENVIRONMENT = {
     "schema": SCHEMA,
@@ -122,27 +121,13 @@ def _patterns(writer, rng):
 PUBLISHED = {(64, 10): 912.0, (64, 100): 105.0, (128, 10): 411.0}
 
 
-def _clustering_rows(run, groups):
-    return [
-        measured(group, subject) | ratios(group, subject, ["fast_simplification"])
-        for group in groups
-        for subject in group.subjects.values()
-    ]
-
-
-def _pattern_rows(run, groups):
-    rows = []
-    for group in groups:
-        for subject in group.subjects.values():
-            row = measured(group, subject)
-            row["frame_fps"] = 1 / row["wall_s"] if counts(subject) else None
-            row["published_frame_fps"] = (
-                PUBLISHED.get((row["segments"], row["coarse_triangles"]))
-                if subject.label == "pattern"
-                else None
-            )
-            rows.append(row)
-    return rows
+def _pattern(entry):
+    row, mine = entry.row, entry.subject.label == "pattern"
+    key = row["segments"], row["coarse_triangles"]
+    return {
+        "frame_fps": 1 / row["wall_s"] if counts(entry.subject) else None,
+        "published_frame_fps": PUBLISHED.get(key) if mine else None,
+    }
 
 
 TABLES = [
@@ -163,7 +148,6 @@ TABLES = [
             *ratio_columns(["fast_simplification"]),
             *STATUS_COLUMNS,
         ),
-        rows=_clustering_rows,
         notes=("Errors are shares of the diagonal & nothing else.",),
     ),
     Table(
@@ -182,7 +166,7 @@ TABLES = [
             *WALL_COLUMNS,
             *STATUS_COLUMNS,
         ),
-        rows=_pattern_rows,
+        own=_pattern,
     ),
 ]
 
@@ -204,7 +188,7 @@ def make_run(folder: Path) -> Path:
     _clustering(writer, rng)
     _patterns(writer, rng)
     writer.close()
-    from lodbench.harness.record import read_run
+    from lodbench.harness.record.record import read_run
 
     for table in TABLES:
         write(table, read_run(folder))

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
-from lodbench.harness import cli
+from lodbench.harness.cli import app as cli
 
 
 class Bytes(io.TextIOWrapper):

@@ -8,9 +8,11 @@ from pathlib import Path
 import pytest
 
 from lodbench.datasets_gen.triangles import icosphere
-from lodbench.harness import foreign, quality, sweep
-from lodbench.harness.cli import main
-from lodbench.harness.rows import pack, read_rows, rows_file
+from lodbench.harness.cli.app import main
+from lodbench.harness.measure import quality
+from lodbench.harness.plan import sweep
+from lodbench.harness.record import foreign
+from lodbench.harness.record.samples import pack, read_rows, rows_file
 from lodbench.kernels.system import Check, Footprint
 from tests.harness import fake
 

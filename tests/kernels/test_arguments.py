@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lodbench.datasets_gen.triangles import icosphere
-from lodbench.harness.registry import systems
+from lodbench.harness.plan.registry import systems
 from lodbench.kernels import refine, simplify
 from lodbench.kernels.parameters import Parameters
 

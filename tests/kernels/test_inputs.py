@@ -81,7 +81,7 @@ def test_geometry_image_of_far_points_is_simplified_in_place(device):
 
 def test_quality_compares_meshes_of_two_origins():
     pytest.importorskip("igl")
-    from lodbench.harness.quality import measure
+    from lodbench.harness.measure.quality import measure
 
     far = TriangleMesh(NEAR + MAP, TORUS.triangles)
     other = TriangleMesh(NEAR.astype(np.float32), TORUS.triangles, origin=MAP)

@@ -8,9 +8,9 @@ import pytest
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere
-from lodbench.harness import registry
+from lodbench.harness.plan import registry
 from lodbench.kernels import refine, render, simplify
-from lodbench.kernels.device import Unsupported
+from lodbench.kernels.opencl.device import Unsupported
 from lodbench.kernels.system import run
 
 BALL = TriangleMesh(icosphere(2).positions, icosphere(2).triangles)

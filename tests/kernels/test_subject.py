@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.stages.camera import fit_box
 from lodbench.kernels.stages.raster import Raster
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.subject import POINT, DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface, Frame, run
 

@@ -5,11 +5,11 @@ import pytest
 
 from lodbench.datasets_gen.read import write_mesh
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.cli import main
-from lodbench.harness.registry import parameters, systems
+from lodbench.harness.cli.app import main
+from lodbench.harness.plan.registry import parameters, systems
 from lodbench.kernels import refine, refine_mesh, render, simplify, simplify_mesh
 from lodbench.kernels.cluster.target import GridTarget
-from lodbench.kernels.device import Unsupported
+from lodbench.kernels.opencl.device import Unsupported
 from lodbench.kernels.system import run
 from lodbench.kernels.targets import TARGETS, Target, missed, off_target
 from tests.kernels.cluster.meshes import cube

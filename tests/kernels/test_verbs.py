@@ -4,9 +4,9 @@ import pytest
 from lodbench.datasets_gen.patches import cup
 from lodbench.datasets_gen.surfaces import GeometryImage
 from lodbench.datasets_gen.triangles import icosphere
-from lodbench.harness import complete
-from lodbench.harness.cli import main
-from lodbench.harness.registry import systems
+from lodbench.harness.cli import complete
+from lodbench.harness.cli.app import main
+from lodbench.harness.plan.registry import systems
 from lodbench.kernels import verbs
 from lodbench.kernels.parameters import described
 

@@ -12,8 +12,8 @@ from typing import Annotated, Literal
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.limits import VECTOR, sweep
-from lodbench.kernels.device import Device
+from lodbench.harness.measure.limits import VECTOR, sweep
+from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.refine.lattice import Segments
 from lodbench.kernels.subject import DeviceSubject

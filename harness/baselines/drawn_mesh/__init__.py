@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.device import Device
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.parameters import Parameters
 from lodbench.kernels.render import mesh_view, upload_surface
 from lodbench.kernels.stages.camera import TABLE_SIZE
 from lodbench.kernels.stages.raster import EMPTY_ID, Raster, Side
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.subject import DeviceSubject
 from lodbench.kernels.system import Check, Frame, Stored, System, Traffic
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.harness.baselines.gl.driver import Canvas, assign, context, view_uniforms
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.refine.lattice import (
     lattice_triangles,
@@ -25,7 +26,6 @@ from lodbench.kernels.refine.pattern.reference import largest_error
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.raster import Side
 from lodbench.kernels.stages.shading import Shading
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, Footprint, Frame, Traffic, View
 
 STAGE = "draw"

@@ -16,7 +16,6 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
-from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image.parameterisation import (
     Level,
     Made,
@@ -26,8 +25,9 @@ from lodbench.kernels.geometry_image.parameterisation import (
     full_mesh,
     make,
 )
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.parameters import Parameters
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, System
 
 LEAST_SHARE = 0.01  # of the surface: the quantile of relative area that is reported

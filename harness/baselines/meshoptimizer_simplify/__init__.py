@@ -14,7 +14,7 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import asked, at_most, peer, used_only
-from lodbench.kernels.device import Device
+from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.parameters import Range
 from lodbench.kernels.system import System
 from lodbench.kernels.targets import Target

@@ -15,7 +15,8 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
-from lodbench.kernels.device import Device
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.parameters import Parameters
 from lodbench.kernels.refine.lattice import (
     Segments,
@@ -26,7 +27,6 @@ from lodbench.kernels.refine.lattice import (
 from lodbench.kernels.refine.pattern.attributes import canonical
 from lodbench.kernels.refine.pattern.host import TOLERANCE
 from lodbench.kernels.refine.pattern.reference import largest_error
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, Frame, System
 
 BLOCK = (

@@ -25,8 +25,8 @@ from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.survivors import host_survivors
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.unchanged import without_duplicates
-from lodbench.kernels.device import Device
-from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.system import System
 
 _BLOCK = 1 << 14

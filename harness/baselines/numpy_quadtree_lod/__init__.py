@@ -18,7 +18,6 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.numpy_quadtree_lod.walk import Walk
-from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image.parameterisation import Level, Seed, Turn, topology
 from lodbench.kernels.geometry_image.quadtree_lod import Params as KernelParams
 from lodbench.kernels.geometry_image.quadtree_lod.fit import pyramid
@@ -31,8 +30,9 @@ from lodbench.kernels.geometry_image.quadtree_lod.reference import (
 )
 from lodbench.kernels.geometry_image.quadtree_lod.tree import unit_scale
 from lodbench.kernels.geometry_image.quadtree_lod.view import LodCriterion, at_most_float32
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.parameters import Parameters, Range
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Check, System
 
 

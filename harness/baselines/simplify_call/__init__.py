@@ -17,7 +17,7 @@ from lodbench.kernels.api import simplify_mesh
 from lodbench.kernels.cluster.quadric_clustering import SYSTEM as QUADRIC_CLUSTERING
 from lodbench.kernels.cluster.quadric_clustering import Params as Clustering
 from lodbench.kernels.cluster.target import GridTarget
-from lodbench.kernels.device import Device
+from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.system import Check, System, Timeline, run
 
 TARGET_COUNTERS = ("target", "target_gap", "counting_passes", "cells_along_longest")

@@ -17,7 +17,7 @@ from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import peer
 from lodbench.harness.baselines.vtk_mesh import IndexBits
 from lodbench.kernels.cluster.target import GridTarget
-from lodbench.kernels.device import Device
+from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.system import System
 
 POINTS = {"bin_points": 2, "bin_centers": 3, "bin_averages": 4}

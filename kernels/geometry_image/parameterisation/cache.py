@@ -5,13 +5,15 @@ from __future__ import annotations
 import hashlib
 import io
 import zipfile
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.kernels import facts
+from lodbench.datasets_gen.files import cache_folder, write_file
+from lodbench.kernels.opencl import caches
 
 
 def cache_path(parameters: str, *content: NDArray[Any]) -> Path:
@@ -20,7 +22,7 @@ def cache_path(parameters: str, *content: NDArray[Any]) -> Path:
     for array in content:
         key.update(f"|{array.dtype}{array.shape}|".encode())
         key.update(np.ascontiguousarray(array).tobytes())
-    return facts.cache_folder() / "parameterisation" / f"{key.hexdigest()[:32]}.npz"
+    return cache_folder() / "parameterisation" / f"{key.hexdigest()[:32]}.npz"
 
 
 def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
@@ -36,4 +38,17 @@ def write_arrays(path: Path, **arrays: Any) -> None:
     """Write all of them or nothing; a cache that cannot be written is no error."""
     packed = io.BytesIO()
     np.savez(packed, **arrays)
-    facts.write_cache(path, packed.getvalue())
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, packed.getvalue())
+    except OSError:
+        _complain(cache_folder())
+
+
+@cache
+def _complain(folder: Path) -> None:
+    """Once per folder and process."""
+    caches.note(
+        f"cache folder {folder}: cannot be written, so all is made anew each time; make room there, or set "
+        "LODBENCH_CACHE to another folder"
+    )

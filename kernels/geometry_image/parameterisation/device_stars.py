@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image.parameterisation import stars
 from lodbench.kernels.geometry_image.parameterisation.hierarchy import Points
-from lodbench.kernels.program import Buffer
-from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.memory import Buffer
+from lodbench.kernels.opencl.timeline import Timeline
 
 LOCAL_SIZE = (
     16  # vertices per group: coarse levels have few per colour, and every core should get some

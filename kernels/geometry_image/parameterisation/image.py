@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
-from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image.parameterisation import octahedron, rotation
 from lodbench.kernels.geometry_image.parameterisation.cache import (
     cache_path,
@@ -24,6 +23,7 @@ from lodbench.kernels.geometry_image.parameterisation.spherical import (
     SphericalMap,
     spherical_map,
 )
+from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.parameters import check
 
 

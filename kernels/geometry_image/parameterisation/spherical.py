@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.geometry_image.parameterisation import accept, embedding, laplacian, stars
 from lodbench.kernels.geometry_image.parameterisation.cache import (
     cache_path,
@@ -21,6 +20,7 @@ from lodbench.kernels.geometry_image.parameterisation.checks import require_sphe
 from lodbench.kernels.geometry_image.parameterisation.device_stars import DeviceSweep
 from lodbench.kernels.geometry_image.parameterisation.hierarchy import Faces, Points
 from lodbench.kernels.geometry_image.parameterisation.params import MODES, Mode
+from lodbench.kernels.opencl.device import Device, Unsupported
 from lodbench.kernels.parameters import check
 
 METHOD = 1  # part of the cache's key: another number for another way of computing

@@ -9,16 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
-from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image import parameterisation
 from lodbench.kernels.geometry_image.quadtree_lod import reference
 from lodbench.kernels.geometry_image.quadtree_lod.params import Params
 from lodbench.kernels.geometry_image.quadtree_lod.tree import FOLDER, Tree
 from lodbench.kernels.geometry_image.quadtree_lod.verdict import verdict
 from lodbench.kernels.geometry_image.quadtree_lod.view import LodCriterion, criterion_of
-from lodbench.kernels.program import Buffer, Launch
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.launch import Launch
+from lodbench.kernels.opencl.memory import Buffer
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.stages.scan import ExclusiveScan
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.subject import POINT, DeviceSubject, Step
 from lodbench.kernels.system import Check, DeviceSurface, Frame, Stored
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import GeometryImage
-from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image.quadtree_lod import reference
 from lodbench.kernels.geometry_image.quadtree_lod.fit import pyramid, sample_areas
-from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.timeline import Timeline
 
 FOLDER = "geometry_image/quadtree_lod"
 

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
-from lodbench.kernels.device import Device, Unsupported
 from lodbench.kernels.geometry_image.quadtree_lod import reference
 from lodbench.kernels.geometry_image.quadtree_lod.host import QuadtreeLod, image_of
 from lodbench.kernels.geometry_image.quadtree_lod.view import LodCriterion
 from lodbench.kernels.geometry_image.serial_traversal.reference import differing
-from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.subject import POINT, WORD
 from lodbench.kernels.system import Check
 

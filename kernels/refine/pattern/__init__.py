@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.device import Device
+from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.parameters import check
 from lodbench.kernels.refine.pattern.host import Pattern, prepare
 from lodbench.kernels.refine.pattern.params import Params

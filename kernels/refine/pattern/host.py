@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
-from lodbench.kernels.device import Buffer, Device
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.memory import Buffer
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.refine.lattice import (
     lattice_triangles,
     lattice_vertex_count,
@@ -22,12 +24,11 @@ from lodbench.kernels.refine.pattern.attributes import canonical, corner_attribu
 from lodbench.kernels.refine.pattern.levels import Batch, Level
 from lodbench.kernels.refine.pattern.params import Params
 from lodbench.kernels.refine.pattern.reference import Wave, largest_error
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.subject import DeviceSubject, Step
 from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Stored
 
 if TYPE_CHECKING:
-    from lodbench.kernels.program import Launch, Program
+    from lodbench.kernels.opencl.launch import Launch, Program
 
 TOLERANCE = 2e-6  # a dozen float32 roundings, relative to the largest operand
 CHECKED = 64  # coarse triangles that a check looks at

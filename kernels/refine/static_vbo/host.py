@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.opencl.device import Device, Unsupported
 from lodbench.kernels.refine import pattern
 from lodbench.kernels.refine.launching import VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.pattern.host import Pattern

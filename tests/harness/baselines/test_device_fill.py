@@ -3,7 +3,7 @@ import pytest
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.device_fill import SYSTEM, Params
-from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.opencl.device import Device, Unsupported
 from lodbench.kernels.system import run
 
 TRIANGLE = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])

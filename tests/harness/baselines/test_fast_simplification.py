@@ -4,7 +4,7 @@ import pytest
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.fast_simplification import SYSTEM, Params
 from lodbench.harness.baselines.simplifier import asked
-from lodbench.harness.quality import measure, topology
+from lodbench.harness.measure.quality import measure, topology
 from lodbench.kernels.system import run
 
 

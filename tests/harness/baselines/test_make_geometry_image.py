@@ -5,7 +5,7 @@ from lodbench.datasets_gen.shapes import blob_with_ears
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, torus
 from lodbench.harness.baselines.make_geometry_image import SYSTEM, Params
-from lodbench.kernels.device import Unsupported
+from lodbench.kernels.opencl.device import Unsupported
 from lodbench.kernels.system import run
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines import vtk_mesh
-from lodbench.harness.quality import measure, topology
-from lodbench.harness.registry import systems
+from lodbench.harness.measure.quality import measure, topology
+from lodbench.harness.plan.registry import systems
 from lodbench.kernels.system import Unsupported, run
 from tests.harness.baselines.test_fast_simplification import height_field
 

@@ -2,16 +2,17 @@ import pytest
 
 from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.read import read_mesh
-from lodbench.harness import tables
+from lodbench.harness.plan.table import table
+from lodbench.harness.report.document import document
 from lodbench.harness.tables import w14_parameterisation, w14_scale, w14_table1
 from lodbench.kernels.geometry_image.parameterisation import topology
-from tests.harness.tables.test_tables import group, run, subject
+from tests.harness.records import group, run, subject
 
 
 @pytest.mark.parametrize("name", ["w14_table1", "w14_scale", "w14_parameterisation"])
 @pytest.mark.parametrize("quick", [True, False])
 def test_groups_name_what_there_is(name, quick):
-    found = tables.table(name).groups(quick)
+    found = table(name).groups(quick)
     assert found
     for one in found:
         one.validate()
@@ -26,7 +27,7 @@ def test_table1_shows_stages_published_times_and_the_error_beside_the_uniform_gr
         subject("uniform_grid", [0.001] * 10, quality={"rms_error": 3.0}),
         table="w14_table1", triangles_asked=34_627,
     )  # fmt: skip
-    rows = {row["system"]: row for row in tables.document(w14_table1.TABLE, run(found))["rows"]}
+    rows = {row["system"]: row for row in document(w14_table1.TABLE, run(found))["rows"]}
     row = rows["quadtree_lod"]
     assert row["filter_s"] == row["emit_s"] == 0.001
     assert row["ratio_to_serial_traversal"] == pytest.approx(2)
@@ -39,7 +40,7 @@ def test_table1_gives_the_papers_predecessor_a_row_of_its_own_without_measuremen
         subject("quadtree_lod", [0.006] * 10), subject("numpy_quadtree_lod", [0.02] * 10),
         subject("uniform_grid", [0.001] * 10), table="w14_table1", triangles_asked=34_627,
     )  # fmt: skip
-    rows = {row["system"]: row for row in tables.document(w14_table1.TABLE, run(found))["rows"]}
+    rows = {row["system"]: row for row in document(w14_table1.TABLE, run(found))["rows"]}
     assert rows["numpy_quadtree_lod"]["published_wall_s"] is None
     predecessor = rows[w14_table1.PREDECESSOR]
     assert predecessor["status"] == "published"
@@ -66,8 +67,8 @@ def test_scale_fits_a_slope_per_subject_and_share():
                 table="w14_scale", n=n, share="all",
             )
         )  # fmt: skip
-    rows = tables.document(w14_scale.TABLE, run(*groups))["rows"]
-    assert [row["slope"] is None for row in rows] == [True, True, False]
+    rows = document(w14_scale.TABLE, run(*groups))["rows"]
+    assert [row["slope"] is None for row in rows] == [False] * 3
     assert rows[-1]["slope"] == pytest.approx(1)
 
 

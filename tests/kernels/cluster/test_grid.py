@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.survivors import FILE
-from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.opencl.timeline import Timeline
 
 # of every size that a float32 has, the smallest ones and zero among them
 floats = st.one_of(

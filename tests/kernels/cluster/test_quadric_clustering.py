@@ -10,8 +10,8 @@ from lodbench.kernels.cluster.quadric_clustering.reference import KINDS, NO_VERT
 from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.survivors import FILE
 from lodbench.kernels.cluster.unchanged import without_duplicates
-from lodbench.kernels.device import Device, Unsupported
-from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.system import run
 from tests.kernels.cluster.meshes import (
     cube,

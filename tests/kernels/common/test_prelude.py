@@ -5,8 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from lodbench.kernels.device import KERNELS, PRELUDE, Device
-from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.source import KERNELS, PRELUDE
+from lodbench.kernels.opencl.timeline import Timeline
 from tests.tolerances import ROUNDING32
 
 WIDTHS = (1, 2, 3, 4, 8, 16)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from lodbench.kernels.stages.timeline import Timeline
+from lodbench.kernels.opencl.timeline import Timeline
 from tests.tolerances import TURN
 
 KERNEL = """// Needs common/trigonometry.cl, common/packed.cl

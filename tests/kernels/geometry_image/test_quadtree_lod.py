@@ -5,7 +5,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, torus
 from lodbench.harness.baselines import numpy_quadtree_lod
-from lodbench.kernels.device import Device
 from lodbench.kernels.geometry_image import serial_traversal, uniform_grid
 from lodbench.kernels.geometry_image.parameterisation import (
     NotSpherical,
@@ -21,6 +20,7 @@ from lodbench.kernels.geometry_image.quadtree_lod import (
     reference,
     simplify,
 )
+from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.system import Frame, View, run
 
 WIDTH, HEIGHT = 640, 480

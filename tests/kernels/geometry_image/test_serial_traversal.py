@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.device import Unsupported
 from lodbench.kernels.geometry_image import quadtree_lod
 from lodbench.kernels.geometry_image.parameterisation import topology
 from lodbench.kernels.geometry_image.serial_traversal import SYSTEM, Params
 from lodbench.kernels.geometry_image.serial_traversal.reference import differing
+from lodbench.kernels.opencl.device import Unsupported
 from lodbench.kernels.system import run
 from tests.kernels.geometry_image.test_quadtree_lod import bumpy_image
 

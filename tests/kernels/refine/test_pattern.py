@@ -5,14 +5,14 @@ from hypothesis import strategies as st
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, plane, torus
-from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.refine.lattice import lattice_vertex_count
 from lodbench.kernels.refine.pattern import Params, refine
 from lodbench.kernels.refine.pattern.host import prepare
 from lodbench.kernels.refine.pattern.reference import Wave, largest_error, refined
 from lodbench.kernels.stages.camera import look_at
 from lodbench.kernels.stages.raster import Raster
-from lodbench.kernels.stages.timeline import Timeline
 from lodbench.kernels.system import Frame, View, run
 from tests.tolerances import ROUNDING32, UNIT_LENGTH
 

@@ -3,7 +3,7 @@ import pytest
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, plane
-from lodbench.kernels.device import Device, Unsupported
+from lodbench.kernels.opencl.device import Device, Unsupported
 from lodbench.kernels.refine import pattern
 from lodbench.kernels.refine.static_vbo import Params
 from lodbench.kernels.refine.static_vbo.host import prepare

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from lodbench.kernels.device import Device
+from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.stages.camera import look_at
 from lodbench.kernels.stages.raster import EMPTY_ID, Raster
 from lodbench.kernels.stages.shading import Shading, lights

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lodbench.datasets_gen.triangles import icosphere
-from lodbench.kernels.device import Device
+from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.stages import raster as raster_module
 from lodbench.kernels.stages.camera import look_at, to_screen
 from lodbench.kernels.stages.raster import EMPTY_ID, Raster

@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lodbench.kernels.device import Device
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.stages.scan import CHUNK_ROWS, ExclusiveScan, chunk_count
-from lodbench.kernels.stages.timeline import Timeline
 
 UNTOUCHED = 0xDEADBEEF
 

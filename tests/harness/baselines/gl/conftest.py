@@ -1,7 +1,7 @@
 import pytest
 
 from lodbench.harness.baselines.gl.driver import context
-from lodbench.kernels.device import Unsupported
+from lodbench.kernels.opencl.device import Unsupported
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from lodbench.harness.baselines.gl import driver
-from lodbench.kernels.device import Unsupported
+from lodbench.kernels.opencl.device import Unsupported
 
 
 def test_context_without_moderngl_is_unsupported_with_the_reason(monkeypatch):

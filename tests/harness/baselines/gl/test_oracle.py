@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from lodbench.datasets_gen.triangles import displaced_icosphere, icosphere, terrain, torus
-from lodbench.harness.registry import systems
-from lodbench.kernels.device import Unsupported
+from lodbench.harness.plan.registry import systems
 from lodbench.kernels.image import psnr
+from lodbench.kernels.opencl.device import Unsupported
 from lodbench.kernels.render import mesh_view, upload_surface
 from lodbench.kernels.stages.camera import look_at
 from lodbench.kernels.stages.raster import EMPTY_ID, Raster

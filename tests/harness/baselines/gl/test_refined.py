@@ -6,7 +6,7 @@ from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness.baselines.gl.driver import driver_name
 from lodbench.harness.baselines.gl.gl_tessellation import ring_triangles
 from lodbench.harness.baselines.gl.refined import Params
-from lodbench.harness.registry import systems
+from lodbench.harness.plan.registry import systems
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.system import Frame, Timeline, Unsupported, run
 

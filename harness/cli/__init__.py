@@ -1,0 +1,1 @@
+"""The `lodbench` command: one file per group of commands, and what they share."""

@@ -1,0 +1,186 @@
+"""What IN and OUT mean to a command: a file, a dataset's name, or `-` for standard input and output."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from lodbench.harness.cli import complete
+from lodbench.harness.cli.output import hint, say
+
+InArgument = Annotated[
+    Path,
+    typer.Argument(
+        metavar="IN",
+        autocompletion=complete.datasets,
+        help="A mesh: PLY, OBJ, STL, OFF ...; a geometry image: NPZ; a dataset's name; or - for standard input.",
+    ),
+]
+OutArgument = Annotated[
+    Path, typer.Argument(metavar="OUT", help="Where the result goes; - for standard output.")
+]
+FormatOption = Annotated[
+    str | None,
+    typer.Option(
+        "--format",
+        autocompletion=complete.formats,
+        help="Of OUT: ply, obj, stl, off, gltf or glb; default its suffix, and ply for -.",
+    ),
+]
+STANDARD = "-"
+ATTRIBUTES = ("normals", "uvs", "colours", "tags")
+
+
+@dataclass(frozen=True)
+class Source:
+    """What IN holds: a TriangleMesh or GeometryImage, and what its file has that they may lack, by name."""
+
+    surface: Any
+    extras: tuple[str, ...] = ()
+
+    def attributes(self) -> list[str]:
+        """All that there is beside points and triangles."""
+        own = [name for name in ATTRIBUTES if getattr(self.surface, name, None) is not None]
+        return list(dict.fromkeys([*self.extras, *own]))
+
+    def triangles(self) -> Source:
+        """The same as triangles: a geometry image gives all of its own."""
+        from lodbench.datasets_gen.surfaces import GeometryImage
+
+        if not isinstance(self.surface, GeometryImage):
+            return self
+        from lodbench.kernels.geometry_image.parameterisation import full_mesh  # half a second
+
+        return Source(full_mesh(self.surface), self.extras)
+
+
+def read_source(path: Path) -> Source:
+    """The mesh or geometry image in a file or on standard input; or, where there is no such file, the dataset's.
+
+    Raises:
+        ValueError: an unknown name or kind; FileError where the file cannot be read.
+    """
+    from lodbench.datasets_gen import catalogue, contents, images, read
+    from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
+
+    if str(path) == STANDARD:
+        if sys.stdin.isatty():
+            raise ValueError("IN: expected a mesh on standard input, got a terminal")
+        data = sys.stdin.buffer.read()
+        found = contents.format_of(data)
+        if found is None:
+            got = f"{data[:12]!r}..." if data else "nothing"
+            raise ValueError(f"IN: expected a mesh or NPZ on standard input, got {got}")
+        path = Path(f"<stdin>{found}")
+    elif path.exists() or path.suffix or len(path.parts) > 1:
+        if path.suffix.lower() == ".npz":
+            return Source(images.read_geometry_image(path))
+        read.check_suffix(path)
+        data = read.file_bytes(path)
+    else:
+        dataset = catalogue.load(str(path))
+        if probably := catalogue.hint(str(path)):
+            hint(probably)
+        surface, file = dataset.surface, Path(dataset.source)
+        if not isinstance(surface, TriangleMesh | GeometryImage):
+            raise ValueError(f"IN: expected triangles, got {type(surface).__name__} of {path}")
+        if file.suffix.lower() not in read.SUFFIXES:
+            return Source(surface)
+        return Source(surface, tuple(contents.extras(read.file_bytes(file), file)))
+    if path.suffix == ".npz":
+        return Source(images.read_geometry_image(path, data))
+    mesh = read.parse_mesh(data, path)
+    return Source(mesh, tuple(contents.extras(data, path)))
+
+
+class Target:
+    """OUT: checked before the work, written after it; with `-` all that is said goes to standard error."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.piped = str(path) == STANDARD
+
+    def check(self, *suffixes: str) -> None:
+        """Raise where nothing could be written; `suffixes` are those that the file may have, all where there are none.
+
+        Raises:
+            ValueError: another suffix, or standard output is a terminal; FileError where the place is no good.
+        """
+        from lodbench.datasets_gen import read
+
+        if self.piped:
+            if sys.stdout.isatty():
+                raise ValueError("OUT: expected standard output to a file or pipe, got a terminal")
+            return
+        if suffixes and self.path.suffix.lower() not in suffixes:
+            raise ValueError(
+                f"OUT: expected a name that ends in {' '.join(suffixes)}, got {self.path}"
+            )
+        read.check_replaceable(self.path)
+
+    def write(self, data: bytes) -> None:
+        """All of it, or nothing to a file."""
+        from lodbench.datasets_gen import read
+
+        if not self.piped:
+            with read.replacing(self.path) as stream:
+                stream.write(data)
+            return
+        sys.stdout.buffer.write(data)
+        sys.stdout.flush()
+
+    def lost(self, source: Source, kept: set[str], json_output: bool = False) -> list[str]:
+        """What IN has and is not in OUT; where there is any, one line on standard error says so.
+
+        Not where a JSON document goes there too: it has a field for it.
+        """
+        lost = [name for name in source.attributes() if name not in kept]
+        if lost and not (self.piped and json_output):
+            say(f"note: {self.path} lacks what the input has: {', '.join(lost)}", err=True)
+        return lost
+
+    def say(self, text: str) -> None:
+        """A line about what was written."""
+        say(text, err=self.piped)
+
+    def say_json(self, facts: Mapping[str, Any]) -> None:
+        """A JSON document about what was written."""
+        from lodbench.harness.record.record import plain
+
+        say(json.dumps(plain(facts), indent=1), err=self.piped)
+
+
+class MeshTarget(Target):
+    """OUT as a mesh file; the format is that of `--format`, or of the suffix."""
+
+    def __init__(self, path: Path, form: str | None = None) -> None:
+        super().__init__(path)
+        if form is None and self.piped:
+            form = "ply"
+        self.suffix = path.suffix.lower() if form is None else f".{form.lower().lstrip('.')}"
+        self._given = form
+
+    def check(self, *suffixes: str) -> None:
+        from lodbench.datasets_gen import read
+
+        if self._given is None:
+            read.check_suffix(self.path)
+        elif self.suffix not in read.SUFFIXES:
+            known = ", ".join(suffix[1:] for suffix in read.SUFFIXES)
+            raise ValueError(f"format: expected one of {known}, got {self._given!r}")
+        super().check()
+
+    def write_mesh(self, mesh: Any, source: Source, json_output: bool = False) -> list[str]:
+        """Write it; returns what `lost` says."""
+        from lodbench.datasets_gen import formats, read
+
+        self.write(read.mesh_bytes(mesh, self.suffix))
+        carried = formats.CARRIED.get(self.suffix, ())
+        kept = {name for name in carried if getattr(mesh, name) is not None}
+        return self.lost(source, kept, json_output)

@@ -1,0 +1,239 @@
+"""Commands that work on one's own meshes: simplify, refine, render."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from lodbench.harness.cli import complete
+from lodbench.harness.cli.app import app
+from lodbench.harness.cli.files import (
+    FormatOption,
+    InArgument,
+    MeshTarget,
+    OutArgument,
+    Source,
+    Target,
+    read_source,
+)
+from lodbench.harness.cli.options import (
+    DeviceOption,
+    JsonOption,
+    OwnOption,
+    QuietOption,
+    parameters,
+)
+
+
+def _cells(text: str | None) -> Any:
+    """`90`, `90.5` or `90,60,30` as the API takes it; whether it is in range is the API's to say."""
+    if text is None:
+        return None
+    try:
+        if "," in text:
+            return tuple(int(word) for word in text.split(","))
+        return int(text) if text.strip("+-").isdigit() else float(text)
+    except ValueError:
+        raise ValueError(f"cells: expected N or NX,NY,NZ, got {text!r}") from None
+
+
+def _finish(
+    result: Any,
+    source: Source,
+    target: MeshTarget,
+    started: float,
+    json_output: bool,
+    quiet: bool,
+) -> None:
+    from lodbench.kernels.targets import off_target
+
+    lost = target.write_mesh(result.mesh, source, json_output)
+    facts = {
+        "out": target.path,
+        "triangles_in": source.surface.triangle_count,
+        "triangles_out": result.mesh.triangle_count,
+        "vertices_in": source.surface.vertex_count,
+        "vertices_out": result.mesh.vertex_count,
+        "lost": lost,
+        "wall_s": time.perf_counter() - started,
+        "counters": dict(result.counters),
+    }
+    if json_output:
+        target.say_json(facts)
+    elif not quiet:
+        missed = off_target(result.counters)
+        target.say(
+            f"{target.path}: {facts['triangles_in']:,} -> {facts['triangles_out']:,} triangles"
+            f"{f' ({missed})' if missed else ''}, "
+            f"{facts['vertices_in']:,} -> {facts['vertices_out']:,} points, {facts['wall_s']:.2f} s"
+        )
+
+
+@app.command()
+def simplify(
+    source: InArgument,
+    out: OutArgument,
+    target_reduction: Annotated[
+        float | None, typer.Option("--target-reduction", "-r", help="Share of triangles removed.")
+    ] = None,
+    target_count: Annotated[
+        int | None, typer.Option("--target-count", "-n", help="Triangles left, at most.")
+    ] = None,
+    cells: Annotated[
+        str | None, typer.Option("--cells", "-c", help="Grid cells: N, or NX,NY,NZ.")
+    ] = None,
+    method: Annotated[
+        str | None,
+        typer.Option(
+            "--method",
+            "-m",
+            autocompletion=complete.simplify_methods,
+            help="A system with this verb; default: the first that takes the surface.",
+        ),
+    ] = None,
+    settings: OwnOption = None,
+    form: FormatOption = None,
+    device: DeviceOption = None,
+    json_output: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Fewer triangles of the same shape.
+
+    Example: lodbench simplify torus_20k small.ply --target-reduction 0.9
+
+    Piped: lodbench simplify - - --format obj -n 500 < small.ply > smaller.obj
+    """
+    from lodbench.kernels import Device, simplify_mesh
+
+    grid = _cells(cells)
+    target = MeshTarget(out, form)
+    target.check()
+    found = read_source(source)
+    opened = Device.open(device)
+    started = time.perf_counter()
+    result = simplify_mesh(
+        opened, found.surface, target_reduction=target_reduction, target_count=target_count, cells=grid,
+        method=method, **parameters(settings),
+    )  # fmt: skip
+    _finish(result, found, target, started, json_output, quiet)
+
+
+@app.command()
+def refine(
+    source: InArgument,
+    out: OutArgument,
+    segments: Annotated[
+        int, typer.Option("--segments", "-n", help="Segments along each edge of each triangle.")
+    ] = 4,
+    method: Annotated[
+        str | None,
+        typer.Option(
+            "--method",
+            "-m",
+            autocompletion=complete.refine_methods,
+            help="A system with this verb; default: the first that takes the surface.",
+        ),
+    ] = None,
+    settings: OwnOption = None,
+    displace: Annotated[
+        float, typer.Option("--displace", help="Height of a sine, in bounding-box diagonals.")
+    ] = 0.0,
+    waves: Annotated[
+        float, typer.Option("--waves", help="Of that sine per bounding-box diagonal.")
+    ] = 8.0,
+    weld: Annotated[bool, typer.Option(help="Share the points on edges between triangles.")] = True,
+    form: FormatOption = None,
+    device: DeviceOption = None,
+    json_output: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """More triangles: each split into segments^2, displaced if wanted.
+
+    Example: lodbench refine icosphere_2 fine.ply --segments 16
+
+    Piped: lodbench refine - - --segments 4 < smaller.obj > fine.ply
+    """
+    from lodbench.kernels import Device, refine_mesh
+
+    extra = parameters(settings)
+    extra |= {"amplitude": displace, "waves": waves} if displace else {}
+    target = MeshTarget(out, form)
+    target.check()
+    found = read_source(source).triangles()
+    opened = Device.open(device)
+    started = time.perf_counter()
+    result = refine_mesh(
+        opened, found.surface, segments=segments, method=method, weld=weld, **extra
+    )
+    _finish(result, found, target, started, json_output, quiet)
+
+
+def _numbers(option: str, text: str, separator: str, kind: type) -> tuple[Any, Any]:
+    """Two numbers of one word, such as 1280x1024 or 30,20."""
+    try:
+        first, second = text.lower().split(separator)
+        return kind(first), kind(second)
+    except ValueError:
+        raise ValueError(f"{option}: expected A{separator}B, got {text!r}") from None
+
+
+@app.command()
+def render(
+    source: InArgument,
+    out: Annotated[
+        Path,
+        typer.Argument(metavar="OUT", help="Where the picture goes: PNG; - for standard output."),
+    ],
+    size: Annotated[str, typer.Option("--size", help="Pixels: WIDTHxHEIGHT.")] = "1280x1024",
+    camera: Annotated[
+        str, typer.Option("--camera", help="AZIMUTH,ELEVATION of the eye, degrees.")
+    ] = "30,20",
+    colour: Annotated[
+        str,
+        typer.Option(
+            "--colour",
+            "--color",
+            autocompletion=complete.colours,
+            help="smooth, flat, wireframe, triangle, or vertex: the mesh's own.",
+        ),
+    ] = "smooth",
+    wireframe: Annotated[bool, typer.Option("--wireframe", help="Draw the edges too.")] = False,
+    cull: Annotated[bool, typer.Option("--cull", help="Leave out faces that turn away.")] = False,
+    up: Annotated[str, typer.Option("--up", help="The axis that points upwards.")] = "y",
+    device: DeviceOption = None,
+    json_output: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """A picture of a mesh.
+
+    Example: lodbench render small.ply small.png --camera 120,10 --wireframe
+
+    Piped: lodbench datasets make terrain_2k - | lodbench render - terrain.png --up z
+    """
+    from lodbench.kernels import Device
+    from lodbench.kernels.image import png_bytes
+    from lodbench.kernels.render import render as draw
+
+    pixels = _numbers("size", size, "x", int)
+    angles = _numbers("camera", camera, ",", float)
+    target = Target(out)
+    target.check(".png")
+    mesh = read_source(source).triangles().surface
+    opened = Device.open(device)
+    started = time.perf_counter()
+    image = draw(
+        mesh, camera=angles, size=pixels, colour=colour, wireframe=wireframe, cull=cull, up=up,
+        device=opened,
+    )  # fmt: skip
+    target.write(png_bytes(image))
+    facts = {"out": out, "triangles_in": mesh.triangle_count, "width": pixels[0],
+             "height": pixels[1], "wall_s": time.perf_counter() - started}  # fmt: skip
+    if json_output:
+        target.say_json(facts)
+    elif not quiet:
+        target.say(
+            f"{out}: {mesh.triangle_count:,} triangles, {size} pixels, {facts['wall_s']:.2f} s"
+        )

@@ -1,0 +1,69 @@
+"""Commands on what was measured: report, compare."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lodbench.harness.cli import options
+from lodbench.harness.cli.app import app
+from lodbench.harness.cli.options import FilterOption, JsonOption
+from lodbench.harness.cli.output import say, say_json, say_rows
+
+
+@app.command()
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder.")],
+    json_output: JsonOption = False,
+) -> None:
+    """Make a run's tables, figures and HTML report again from its records.
+
+    Example: lodbench report run_a
+    """
+    from lodbench.harness.report import derive
+
+    made = derive.write_tables(folder)
+    page = derive.write_report(folder)
+    if json_output:
+        say_json({"folder": folder, "report": page, "tables": made})
+        return
+    for document in made:
+        say(str(folder / "tables" / f"{document['id']}.md"))
+    say(str(page) if page else derive.NO_REPORT)
+
+
+@app.command()
+def compare(
+    a: Annotated[Path, typer.Argument(metavar="A", help="The run to compare with.")],
+    b: Annotated[Path, typer.Argument(metavar="B", help="The run in question.")],
+    threshold: Annotated[
+        float, typer.Option("--threshold", min=0.0, help="A slowdown below this share is none.")
+    ] = 0.10,
+    keep: FilterOption = None,
+    json_output: JsonOption = False,
+) -> None:
+    """Match two runs row by row; exit code 1 where B is slower, fails, is worse, or has other rows.
+
+    Slower: beyond threshold and noise. Worse: error, topology or the number of triangles.
+
+    Example: lodbench compare run_a run_b
+    """
+    from lodbench.harness.record.record import read_run
+    from lodbench.harness.report import compare as comparison
+
+    pattern = options.pattern(keep) if keep else None
+    found = comparison.compare(read_run(a), read_run(b), threshold, pattern)
+    if json_output:
+        say_json(found)
+    else:
+        say_rows(comparison.COLUMNS, found["rows"])
+        if not found["same_machine"]:
+            say("the two runs are of different machines or devices: times say little")
+        for row in found["rows"]:
+            if row["verdict"] in comparison.WORSE:
+                names = " ".join(str(row[key]) for key in ("table", "group", "system"))
+                say(f"{row['verdict']}: {names}: {row['why']}")
+        say(f"{found['regressions']} regressions or unmatched in {len(found['rows'])} rows")
+    raise typer.Exit(1 if found["regressions"] else 0)

@@ -1,0 +1,1 @@
+"""Groups run in turns: preparing, sampling, checking, the device's limits, the quality of what came out."""

@@ -1,0 +1,1 @@
+"""What is measured: subjects by name, groups that take turns, sweeps, and what a table is."""

@@ -1,0 +1,1 @@
+"""What is made of records alone: rows, tables, charts, pictures, one page, comparisons."""

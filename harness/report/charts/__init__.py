@@ -1,0 +1,22 @@
+"""What can be drawn of a table and its samples: each chart takes the rows it needs, or is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from lodbench.harness.report.charts import bars, curves
+from lodbench.harness.report.charts.chart_data import Chart, ChartData, styles
+
+__all__ = ["CHARTS", "Chart", "ChartData", "styles"]
+
+CHARTS: dict[str, tuple[str, Callable[[ChartData], Chart | None]]] = {
+    "time": ("Time against size", curves.time_against_triangles),
+    "error": ("Error against triangles", curves.error_against_triangles),
+    "error-time": ("Error against time", curves.error_against_time),
+    "fps": ("Frames per second", bars.frames_per_second),
+    "stage-fps": ("Frames per second without drawing", bars.stages_per_second),
+    "footprint": ("Footprint", bars.footprint),
+    "stages": ("Stages", bars.stages),
+    "path": ("Along the camera path", curves.along_path),
+    "samples": ("Samples", bars.samples),
+}

@@ -1,0 +1,278 @@
+"""A device: its queue, its pool of memory and the programs built for it."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Iterable, Mapping
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lodbench.kernels.opencl import caches, driver, facts
+from lodbench.kernels.opencl.driver import (
+    DeviceError,
+    Unsupported,
+    choose_device,
+    list_devices,
+    opencl,
+)
+from lodbench.kernels.opencl.launch import Program
+from lodbench.kernels.opencl.memory import Buffer, Pool
+from lodbench.kernels.opencl.source import PRELUDE, texts_of
+from lodbench.kernels.opencl.timeline import Timeline
+
+__all__ = ["Device", "DeviceError", "Unsupported", "list_devices"]
+
+LOCAL_SIZE = 64  # one fixed size: the driver's own choice would compile anew for every mesh size
+
+
+class Device:
+    """One OpenCL device with its queue, its pool of memory and the programs built for it."""
+
+    def __init__(
+        self,
+        device: Any,
+        *,
+        memory_limit: int | None = None,
+        local_size: int | None = None,
+        one_core: bool = False,
+    ) -> None:
+        cl = self.cl = opencl()
+        self.handle = device
+        self.context = cl.Context([device])
+        properties = cl.command_queue_properties.PROFILING_ENABLE
+        self._queue = cl.CommandQueue(self.context, device, properties=properties)
+        self.memory_limit = int(memory_limit or device.global_mem_size)
+        largest = int(device.max_mem_alloc_size)
+        self._pool = Pool(self._queue, self.memory_limit, largest)
+        self.local_size = min(local_size or LOCAL_SIZE, device.max_work_group_size)
+        self._programs: dict[tuple[Any, ...], Program] = {}
+        self.is_cpu = bool(device.type & cl.device_type.CPU)
+        self.is_pocl = driver.is_pocl(device)
+        self.facts = facts.DeviceFacts(
+            name=device.name.strip(),
+            platform=device.platform.name.strip(),
+            driver=f"{device.platform.version.strip()}; driver {device.driver_version.strip()}",
+            version=device.version.strip(),
+            kind="cpu" if self.is_cpu else "gpu" if device.type & cl.device_type.GPU else "other",
+            compute_units=int(device.max_compute_units),
+            memory_bytes=int(device.global_mem_size),
+            largest_allocation_bytes=largest,
+            local_bytes=int(device.local_mem_size),
+            extensions=tuple(sorted(device.extensions.split())),
+            one_core=one_core,
+            prelude=driver.needs_prelude(device),
+        )
+
+    @classmethod
+    def open(
+        cls,
+        name: str | None = None,
+        *,
+        memory_limit: int | None = None,
+        local_size: int | None = None,
+        one_core: bool = False,
+    ) -> Device:
+        """The device asked for, ready to use.
+
+        Args:
+            name: part of a platform's or device's name ("pocl", "nvidia"), or "platform:device" by index ("0:1");
+                None takes `LODBENCH_DEVICE`, else PoCL, else the first device found.
+            memory_limit: bytes that may be allocated, to make running out testable; None takes the device's own.
+            local_size: work-items per group where a kernel does not fix it; None takes 64.
+            one_core: use a single compute unit of the device.
+
+        Raises:
+            DeviceError: no driver, no such device, or the device cannot be split.
+        """
+        handle = choose_device(name or os.environ.get("LODBENCH_DEVICE") or "")
+        if one_core:
+            cl = opencl()
+            try:
+                handle = handle.create_sub_devices([cl.device_partition_property.EQUALLY, 1])[0]
+            except cl.Error as error:
+                if handle.max_compute_units > 1:
+                    raise Unsupported(
+                        f"needs a device that can be split, device has none: {error}"
+                    ) from None
+        return cls(handle, memory_limit=memory_limit, local_size=local_size, one_core=one_core)
+
+    @property
+    def queue(self) -> Any:
+        """Where every command goes.
+
+        Raises:
+            DeviceError: this process was forked after the device was opened.
+        """
+        driver.check_process()
+        return self._queue
+
+    @property
+    def slug(self) -> str:
+        """The device's name for a folder, such as `pocl-amd-epyc`."""
+        platform = (
+            "pocl" if "portable" in self.facts.platform.lower() else self.facts.platform.split()[0]
+        )
+        name = re.sub(r"^(pthread|cpu|basic)-", "", self.facts.name.split("(")[0].strip())
+        words = re.sub(r"[^a-z0-9]+", "-", f"{platform} {name}".lower()).strip("-")
+        return words + ("-one-core" if self.facts.one_core else "")
+
+    def compile(self, texts: Iterable[tuple[str, str]], options: str) -> Any:
+        """The built program of (file name, text) pairs, joined in order, each with its own line numbers."""
+        joined = "".join(f'#line 1 "{name}"\n{text}\n' for name, text in texts)
+        cl = self.cl
+        try:
+            with caches.loading() if self.is_pocl else nullcontext():
+                return cl.Program(self.context, joined).build(options=options.split())
+        except cl.Error as error:
+            log = [line for line in str(error).splitlines() if "error" in line.lower()]
+            files = ", ".join(name for name, _ in texts)
+            raise DeviceError(
+                f"build of {files} failed on {self.handle.name.strip()} with options {options!r}:\n"
+                + ("\n".join(log) or str(error))
+            ) from None
+
+    def build(
+        self, *files: str | Path, defines: Mapping[str, int | float] | None = None
+    ) -> Program:
+        """The program of these kernel files, relative to `kernels/`, built once per set of defines.
+
+        Files named on a `// Needs` line are joined in front; `common/prelude.cl` comes first where it is needed.
+
+        Raises:
+            DeviceError: the build failed; file, line and options are in the text.
+        """
+        options = " ".join(
+            f"-D {name}={value}" + ("f" if isinstance(value, float) else "")
+            for name, value in (defines or {}).items()
+        )
+        key = (files, options)
+        if key not in self._programs:
+            texts = texts_of(files, self.facts.prelude)
+            source = "\n".join(text for name, text in texts.items() if name != PRELUDE)
+            self._programs[key] = Program(
+                self, self.compile(list(texts.items()), f"-w {options}"), source
+            )
+        return self._programs[key]
+
+    def allocate(self, name: str, shape: int | tuple[int, ...], dtype: Any) -> Buffer:
+        """Uninitialised memory for an array of `shape` and `dtype`.
+
+        Raises:
+            Unsupported: the device, or its limit, has no room for it.
+        """
+        shape = (
+            (int(shape),) if isinstance(shape, int | np.integer) else tuple(int(n) for n in shape)
+        )
+        dtype = np.dtype(dtype)
+        size = max(math.prod(shape) * dtype.itemsize, 1)
+        memory = self._pool.take(name, size)
+        return Buffer(name, shape, dtype, memory, self._pool.give_back)
+
+    @property
+    def used_bytes(self) -> int:
+        """Bytes of all living buffers."""
+        return self._pool.used_bytes
+
+    @property
+    def held_bytes(self) -> int:
+        """Bytes of buffers that are gone, kept for the next; a small share of the limit at most."""
+        return self._pool.held_bytes
+
+    def upload(
+        self,
+        name: str,
+        values: ArrayLike,
+        dtype: Any = None,
+        shape: tuple[int | None, ...] | None = None,
+    ) -> Buffer:
+        """A buffer holding `values`, which must already have the dtype and shape (None: any length) asked for.
+
+        Raises:
+            TypeError: another dtype. Nothing is converted here: float64 read as float32 would be garbage.
+            ValueError: another shape.
+            Unsupported: no room.
+        """
+        array = np.ascontiguousarray(values)
+        if dtype is not None and array.dtype != np.dtype(dtype):
+            raise TypeError(f"{name}: expected {np.dtype(dtype)}, got {array.dtype}")
+        if shape is not None and (
+            array.ndim != len(shape)
+            or any(
+                want is not None and want != have
+                for want, have in zip(shape, array.shape, strict=True)
+            )
+        ):
+            wanted = tuple("n" if want is None else want for want in shape)
+            raise ValueError(f"{name}: expected shape {wanted}, got {array.shape}")
+        buffer = self.allocate(name, array.shape, array.dtype)
+        if array.size:
+            self.cl.enqueue_copy(self.queue, buffer.memory, array, is_blocking=True)
+        return buffer
+
+    def read(self, buffer: Buffer, rows: int | None = None) -> NDArray[Any]:
+        """The buffer's content, or its first `rows` rows, once all that was enqueued is done."""
+        shape = buffer.shape if rows is None else (rows, *buffer.shape[1:])
+        result = np.empty(shape, buffer.dtype)
+        if result.size:
+            self.cl.enqueue_copy(self.queue, result, buffer.memory, is_blocking=True)
+            caches.mark.end()
+        else:
+            self.wait()
+        return result
+
+    def fill(
+        self,
+        timeline: Timeline,
+        stage: str,
+        buffer: Buffer,
+        value: Any,
+        size_bytes: int | None = None,
+    ) -> None:
+        """Enqueue the driver's own fill of the whole buffer, or its first `size_bytes`, with one value."""
+        if 0 in buffer.shape:
+            return
+        pattern = buffer.dtype.type(value)
+        size = buffer.size_bytes if size_bytes is None else size_bytes
+        timeline.add(
+            stage, self.cl.enqueue_fill_buffer(self.queue, buffer.memory, pattern, 0, size)
+        )
+
+    def copy(self, timeline: Timeline, stage: str, source: Buffer, target: Buffer) -> None:
+        """Enqueue the driver's own copy of all of `source` to the front of `target`.
+
+        Raises:
+            ValueError: `target` is smaller.
+        """
+        if target.size_bytes < source.size_bytes:
+            raise ValueError(
+                f"{target.name}: expected {source.size_bytes} bytes, got {target.size_bytes}"
+            )
+        if 0 in source.shape:
+            return
+        event = self.cl.enqueue_copy(
+            self.queue, target.memory, source.memory, byte_count=source.size_bytes
+        )
+        timeline.add(stage, event)
+
+    def wait(self) -> None:
+        """Wait for everything enqueued.
+
+        Raises:
+            DeviceError: a command failed.
+        """
+        try:
+            self.queue.finish()
+        except self.cl.Error as error:
+            raise DeviceError(f"a command failed on {self.facts.name}: {error}") from None
+        caches.mark.end()
+
+    def loads(self) -> None:
+        """A kernel is about to run for the first time here: the driver loads it, and the next wait ends that."""
+        if self.is_pocl:
+            caches.mark.begin()

@@ -1,0 +1,166 @@
+"""Which OpenCL devices there are, and the one that a name means: the only file of the kernels that imports pyopencl."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from lodbench.kernels.opencl import caches
+
+_loaded_by = 0  # the process in which the driver has started its threads; 0 before
+
+
+class Unsupported(RuntimeError):
+    """This device cannot do what was asked: "needs ..., device has ..."."""
+
+
+class DeviceError(RuntimeError):
+    """The driver refused or failed; the text says what to look at."""
+
+
+def opencl() -> Any:
+    """pyopencl, imported when a device is first wanted and never before.
+
+    It goes without its own cache: PoCL and NVIDIA's driver keep theirs, and what is left to it takes longer to read
+    than to make. So there is one folder less that can be full, read-only or damaged.
+    """
+    pin_pocl_threads()
+    with warnings.catch_warnings(), _environment("PYOPENCL_NO_CACHE", "1"):
+        warnings.simplefilter("ignore")
+        import pyopencl
+    warnings.filterwarnings("ignore", category=pyopencl.CompilerWarning)
+    return pyopencl
+
+
+@contextmanager
+def _environment(name: str, value: str) -> Iterator[None]:
+    """The environment variable has this value inside the block, unless it has one already."""
+    if name in os.environ:
+        yield
+        return
+    os.environ[name] = value
+    try:
+        yield
+    finally:
+        del os.environ[name]
+
+
+@contextmanager
+def _ctrl_c_kept_from_threads() -> Iterator[None]:
+    """Threads and programs started inside the block never see Ctrl-C; this thread does, after the block.
+
+    PoCL's threads start the linker, and a linker that Ctrl-C ends takes the whole process with it.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def check_process() -> None:
+    """Refuse to call the driver in a child that was forked after it was loaded: such a call never returns.
+
+    Raises:
+        DeviceError: this is such a child.
+    """
+    if _loaded_by not in (0, os.getpid()):
+        raise DeviceError(
+            "device: expected a process that opens its own, got one forked from a process with a device open, where "
+            'every call would hang; start it with multiprocessing.get_context("spawn")'
+        )
+
+
+def pin_pocl_threads() -> None:
+    """Have PoCL keep each of its threads on a core of its own, unless the environment says otherwise.
+
+    A launch of a millisecond is over before the system has spread threads that share a core. PoCL pins thread i to core
+    i, so nothing is said where this process may use some cores only, or PoCL was told to make fewer threads.
+    """
+    if not hasattr(os, "sched_getaffinity") or "POCL_MAX_PTHREAD_COUNT" in os.environ:
+        return
+    if os.sched_getaffinity(0) == set(range(os.cpu_count() or 0)):
+        os.environ.setdefault("POCL_AFFINITY", "1")
+
+
+def list_devices() -> list[tuple[str, str, str, Any]]:
+    """("platform:device" index, platform name, device name, handle) of every device, in the loader's order."""
+    global _loaded_by
+    check_process()
+    cl = opencl()
+    if not _loaded_by:
+        caches.settle()
+    _loaded_by = os.getpid()
+    try:
+        platforms = cl.get_platforms()
+    except cl.Error:
+        return []
+    found = []
+    for p, platform in enumerate(platforms):
+        try:
+            with _ctrl_c_kept_from_threads():
+                devices = platform.get_devices()
+        except cl.Error:
+            continue
+        for d, device in enumerate(devices):
+            found.append((f"{p}:{d}", platform.name.strip(), device.name.strip(), device))
+    return found
+
+
+def is_named(wanted: str, index: str, platform: str, device: str) -> bool:
+    """Is the device the one at index `wanted` ("0:1"), or does its platform or name hold that text?"""
+    if re.fullmatch(r"\d+:\d+", wanted):
+        return wanted == index
+    platform = platform.replace("Portable Computing Language", "PoCL, Portable Computing Language")
+    return wanted.lower() in f"{platform} {device}".lower()
+
+
+def is_pocl(handle: Any) -> bool:
+    """Does the device belong to PoCL, whose kernels lie in a folder that this process marks while it loads them?"""
+    return "PoCL" in handle.platform.version
+
+
+def needs_prelude(handle: Any) -> bool:
+    """Are the driver's own built-ins to be replaced by `common/prelude.cl`? `LODBENCH_PRELUDE` = 0 or 1 decides.
+
+    Some PoCL builds do not inline their own library on some hosts: every built-in is a call, or does not compile at
+    all. Where PoCL does inline, the prelude compiles to the same code.
+    """
+    forced = os.environ.get("LODBENCH_PRELUDE")
+    if forced in ("0", "1"):
+        return forced == "1"
+    return is_pocl(handle) and bool(handle.type & opencl().device_type.CPU)
+
+
+def choose_device(wanted: str) -> Any:
+    """The handle of the first device that `wanted` names; for "" PoCL's, else the first there is.
+
+    Raises:
+        DeviceError: no driver, no such device, or no linker where the driver would end the process for want of it.
+    """
+    found = list_devices()
+    if not found:
+        reason = caches.why_no_pocl() or "run `lodbench doctor`"
+        raise DeviceError(f"device: expected an OpenCL driver, got none; {reason}")
+    matches = [device for device in found if is_named(wanted or "pocl", *device[:3])]
+    if wanted and not matches:
+        labels = "; ".join(f"{index} {platform}: {name}" for index, platform, name, _ in found)
+        raise DeviceError(f"device: expected one of [{labels}], got {wanted!r}")
+    handle = (matches or found)[0][3]
+    if is_pocl(handle) and (reason := caches.why_no_pocl()):
+        raise DeviceError(f"device: {reason}")
+    if "PoCL 3.0" in handle.platform.version and shutil.which("ld") is None:
+        raise DeviceError(
+            "device: expected the linker `ld` on PATH (PoCL calls it for every kernel and aborts without it), "
+            "got none; install binutils"
+        )
+    return handle

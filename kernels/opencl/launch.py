@@ -1,0 +1,186 @@
+"""Kernels bound to their arguments by the names that their source gives them."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import KeysView, Mapping
+from typing import Any, Protocol
+
+import numpy as np
+
+from lodbench.kernels.opencl import caches
+from lodbench.kernels.opencl.driver import DeviceError
+from lodbench.kernels.opencl.memory import Buffer
+from lodbench.kernels.opencl.source import Parameter, kernel_parameters
+from lodbench.kernels.opencl.timeline import Timeline
+
+
+class Owner(Protocol):
+    """What a launch asks of the device that it belongs to."""
+
+    cl: Any  # pyopencl
+    local_size: int
+    is_pocl: bool
+
+    @property
+    def queue(self) -> Any:
+        """Where commands go."""
+        ...
+
+    def loads(self) -> None:
+        """A kernel is about to run for the first time."""
+        ...
+
+
+class Launch:
+    """One kernel with its arguments set, ready to be enqueued any number of times."""
+
+    def __init__(
+        self,
+        device: Owner,
+        kernel: Any,
+        parameters: tuple[Parameter, ...],
+        stage: str,
+        items: int | tuple[int, int],
+        local: tuple[int, ...],
+        arguments: Mapping[str, Any],
+        loaded: set[Any],
+    ) -> None:
+        self.stage = stage
+        self._device = device
+        self._kernel = kernel
+        self._position = {p.name: (i, p) for i, p in enumerate(parameters)}
+        self._held: dict[str, Any] = {}  # buffers stay alive as long as the launch
+        self._local = local
+        self._loaded = loaded  # of the program: names and group sizes that have run
+        self._key = (kernel.function_name, local)
+        self.items = items
+        missing = sorted(set(self._position) - set(arguments))
+        if missing:
+            raise TypeError(
+                f"{kernel.function_name}: expected arguments {missing}, got none of them"
+            )
+        self.set(**arguments)
+
+    @property
+    def parameters(self) -> KeysView[str]:
+        """Names of the kernel's parameters."""
+        return self._position.keys()
+
+    @property
+    def items(self) -> tuple[int, ...]:
+        """Work-items asked for; the launch is padded to whole work-groups."""
+        return self._items
+
+    @items.setter
+    def items(self, items: int | tuple[int, ...]) -> None:
+        self._items = (items,) if isinstance(items, int | np.integer) else tuple(items)
+        self._global = tuple(
+            max(-(-int(n) // size), 1) * size
+            for n, size in zip(self._items, self._local, strict=True)
+        )
+
+    def set(self, **arguments: Any) -> None:
+        """Set arguments by name: a `Buffer` for a pointer, a number or a short tuple for a value."""
+        for name, value in arguments.items():
+            if name not in self._position:
+                expected = ", ".join(self._position)
+                raise TypeError(
+                    f"{self._kernel.function_name}: expected one of {expected}, got {name}"
+                )
+            index, parameter = self._position[name]
+            self._kernel.set_arg(index, self._argument(parameter, value))
+            self._held[name] = value
+
+    def _argument(self, parameter: Parameter, value: Any) -> Any:
+        where = f"{self._kernel.function_name}: {parameter.name}"
+        if parameter.space == "local":
+            return self._device.cl.LocalMemory(int(value))
+        if parameter.space:
+            if not isinstance(value, Buffer):
+                raise TypeError(f"{where}: expected a Buffer, got {type(value).__name__}")
+            if value.dtype.itemsize != parameter.scalar.itemsize or (
+                (value.dtype.kind == "f") != (parameter.scalar.kind == "f")
+            ):
+                raise TypeError(
+                    f"{where}: expected {parameter.scalar}, got {value.name} of {value.dtype}"
+                )
+            return value.memory
+        if parameter.lanes == 1:
+            info = np.iinfo(parameter.scalar) if parameter.scalar.kind in "iu" else None
+            if info is not None and not info.min <= int(value) <= info.max:
+                raise ValueError(f"{where}: expected {info.min} to {info.max}, got {value}")
+            return parameter.scalar.type(value)
+        lanes = 4 if parameter.lanes == 3 else parameter.lanes
+        vector = np.zeros(lanes, parameter.scalar)
+        vector[: parameter.lanes] = value
+        return vector
+
+    def __call__(self, timeline: Timeline) -> Any:
+        """Enqueue; never waits. Returns the event, which `timeline` also keeps under the launch's stage."""
+        cl = self._device.cl
+        if self._key not in self._loaded:
+            self._loaded.add(self._key)
+            self._device.loads()
+        event = cl.enqueue_nd_range_kernel(
+            self._device.queue, self._kernel, self._global, self._local
+        )
+        timeline.add(self.stage, event)
+        return event
+
+
+class Program:
+    """A built program: its kernels become launches."""
+
+    def __init__(self, device: Owner, program: Any, source: str) -> None:
+        self._device = device
+        self._program = program
+        self.kernels = kernel_parameters(source)
+        # pyopencl takes 0.2 ms for each new kernel object: those of launches that are gone serve again
+        self._spare: dict[str, list[Any]] = {name: [] for name in self.kernels}
+        self._loaded: set[Any] = set()
+
+    def launch(
+        self,
+        kernel: str,
+        items: int | tuple[int, int],
+        *,
+        stage: str,
+        local: int | tuple[int, ...] | None = None,
+        **arguments: Any,
+    ) -> Launch:
+        """A kernel bound to its arguments, given by the names that its source gives them.
+
+        Args:
+            kernel: the kernel's name.
+            items: work-items, 1-D or 2-D; padded to whole work-groups, so the kernel checks its bounds.
+            stage: the stage that its seconds count towards.
+            local: work-group size; None takes the device's fixed one. Kernels with barriers give theirs.
+            **arguments: a `Buffer` per pointer, bytes per `__local` pointer, a number or tuple per value.
+
+        Raises:
+            TypeError: an argument missing, unknown or of another dtype than the kernel's parameter.
+            ValueError: a value out of its integer type's range.
+        """
+        if kernel not in self.kernels:
+            raise ValueError(f"kernel: expected one of {', '.join(self.kernels)}, got {kernel}")
+        dimensions = 1 if isinstance(items, int | np.integer) else len(items)
+        if local is None:
+            local = (self._device.local_size,) + (1,) * (dimensions - 1)
+        sizes = (local,) if isinstance(local, int) else tuple(local)
+        spare = self._spare[kernel]
+        made = spare.pop() if spare else self._made(kernel)
+        launch = Launch(
+            self._device, made, self.kernels[kernel], stage, items, sizes, arguments, self._loaded
+        )
+        weakref.finalize(launch, spare.append, made).atexit = False
+        return launch
+
+    def _made(self, kernel: str) -> Any:
+        try:
+            return self._device.cl.Kernel(self._program, kernel)
+        except self._device.cl.Error as error:
+            why = caches.damaged() if self._device.is_pocl else str(error)
+            raise DeviceError(
+                f"{kernel}: expected a kernel that was built, got none: {why}"
+            ) from None

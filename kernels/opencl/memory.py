@@ -1,0 +1,117 @@
+"""Device memory: arrays with their names, and the pool that they come from and go back to, within its limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lodbench.kernels.opencl import driver
+from lodbench.kernels.opencl.driver import Unsupported
+
+# of the limit: a device that shares the host's memory must not keep all that is not in use; but where a call's own
+# buffers pass the bound, each call pays for their pages anew, twice its time
+HELD_SHARE = 1 / 4
+
+
+@dataclass(eq=False)
+class Buffer:
+    """Device memory of one array, with the name, shape and dtype that a kernel's argument is checked against."""
+
+    name: str
+    shape: tuple[int, ...]
+    dtype: np.dtype
+    memory: Any
+    _release: Callable[[int], None]
+    _owner: Buffer | None = None  # of a view: who holds the memory, and gives it back
+
+    @property
+    def size_bytes(self) -> int:
+        return max(math.prod(self.shape) * self.dtype.itemsize, 1)
+
+    def view(self, shape: int | tuple[int, ...], dtype: Any) -> Buffer:
+        """The same memory as another type or shape; it lives as long as its last view.
+
+        Raises:
+            ValueError: more bytes than the buffer has.
+        """
+        shape = (
+            (int(shape),) if isinstance(shape, int | np.integer) else tuple(int(n) for n in shape)
+        )
+        viewed = Buffer(self.name, shape, np.dtype(dtype), self.memory, self._release, self)
+        if viewed.size_bytes > self.size_bytes:
+            raise ValueError(
+                f"{self.name}: expected a view of at most {self.size_bytes} bytes, "
+                f"got {viewed.size_bytes}"
+            )
+        return viewed
+
+    def release(self) -> None:
+        """Give the memory back to the device's pool."""
+        if self._owner is not None:
+            self.memory = self._owner = None
+        elif self.memory is not None:
+            self.memory.release()
+            self.memory = None
+            self._release(self.size_bytes)
+
+    def __del__(self) -> None:
+        try:
+            self.release()
+        except Exception:  # the interpreter or the driver is going away; nothing is left to free
+            self.memory = None
+
+
+class Pool:
+    """Gives memory out and takes it back: freed buffers are kept for the next of their size, up to a bound.
+
+    Attributes:
+        limit: bytes that may be in use.
+        largest: bytes of one allocation.
+        used_bytes: bytes in use.
+    """
+
+    def __init__(self, queue: Any, limit: int, largest: int) -> None:
+        self._cl = driver.opencl()
+        self._pool = self._cl.tools.MemoryPool(self._cl.tools.ImmediateAllocator(queue))
+        self.limit, self.largest = limit, largest
+        self.used_bytes = 0
+
+    def take(self, name: str, size: int) -> Any:
+        """`size` bytes for the buffer called `name`.
+
+        Raises:
+            Unsupported: the device, or its limit, has no room for it.
+            DeviceError: see `driver.check_process`.
+        """
+        free = self.limit - self.used_bytes
+        if size > free or size > self.largest:
+            limit = "free" if size > free else "the largest allocation"
+            raise Unsupported(
+                f"{name}: needs {size:,} bytes of device memory, "
+                f"device has {min(free, self.largest):,} ({limit})"
+            )
+        driver.check_process()
+        try:
+            memory = self._pool.allocate(size)
+        except self._cl.Error as error:
+            raise Unsupported(
+                f"{name}: needs {size:,} bytes of device memory, device refused: {error}"
+            ) from None
+        self.used_bytes += size
+        return memory
+
+    def give_back(self, size: int) -> None:
+        """A buffer of `size` bytes was released; what is held beyond the bound goes back to the driver."""
+        self.used_bytes -= size
+        if self.held_bytes > HELD_SHARE * self.limit:
+            driver.check_process()
+            self._pool.free_held()
+
+    @property
+    def held_bytes(self) -> int:
+        """Bytes that are kept and not in use."""
+        return self._pool.managed_bytes - self._pool.active_bytes

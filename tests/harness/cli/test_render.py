@@ -1,0 +1,47 @@
+import json
+
+import pytest
+
+from lodbench.datasets_gen.read import write_mesh
+from lodbench.datasets_gen.triangles import icosphere
+from lodbench.harness.cli.app import main
+
+
+@pytest.fixture
+def mesh(tmp_path):
+    path = tmp_path / "sphere.ply"
+    write_mesh(path, icosphere(2))
+    return path
+
+
+def test_render_writes_a_picture(mesh, tmp_path, capsys):
+    out = tmp_path / "sphere.png"
+    words = ["--size", "64x48", "--camera", "200,-10", "--color", "triangle", "--wireframe"]
+    assert main(["render", str(mesh), str(out), *words, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["width"], facts["height"], facts["triangles_in"]) == (64, 48, 320)
+    from PIL import Image
+
+    assert Image.open(out).size == (64, 48)
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["--size", "64"], "size: expected AxB, got '64'"),
+        (["--size", "0x4"], "size: expected 1 to 16384"),
+        (["--camera", "up"], "camera: expected A,B, got 'up'"),
+        (["--colour", "blue"], "colour: expected one of smooth"),
+        (["--up", "w"], "up: expected one of x, y, z"),
+    ],
+)
+def test_render_refuses_wrong_words_with_one_line(mesh, tmp_path, capsys, words, text):
+    assert main(["render", str(mesh), str(tmp_path / "out.png"), *words]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert text in line
+    assert not (tmp_path / "out.png").exists()
+
+
+def test_render_refuses_another_kind_of_file(mesh, tmp_path, capsys):
+    assert main(["render", str(mesh), str(tmp_path / "out.jpg")]) == 2
+    assert "ends in .png" in capsys.readouterr().err

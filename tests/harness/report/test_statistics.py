@@ -1,0 +1,60 @@
+import numpy as np
+import pytest
+
+from lodbench.harness.report import statistics
+from lodbench.harness.report.statistics import paired_ratio
+
+
+def test_summary_gives_quartiles():
+    found = statistics.summary([4.0, 1.0, 3.0, 2.0, 5.0])
+    assert found == statistics.Summary(5, 3.0, 1.0, 2.0, 4.0)
+    assert found.few
+    assert statistics.summary([]) is None
+
+
+def test_paired_ratio_cancels_a_drift_that_both_share():
+    drift = dict(enumerate(np.linspace(1, 3, 12)))
+    ratio = paired_ratio({t: 2 * s for t, s in drift.items()}, drift)
+    assert ratio.n == 12
+    assert ratio.median == ratio.low == ratio.high == pytest.approx(2.0)
+
+
+def test_paired_ratio_interval_holds_the_true_ratio_and_is_the_same_for_the_same_seed():
+    rng = np.random.default_rng(0)
+    a = dict(enumerate(3.0 * rng.lognormal(sigma=0.1, size=30)))
+    b = dict(enumerate(rng.lognormal(sigma=0.1, size=30)))
+    first, second = paired_ratio(a, b, seed=7), paired_ratio(a, b, seed=7)
+    assert first == second
+    assert first.low < 3.0 < first.high
+    assert first.high - first.low < 0.6
+
+
+def test_ratio_of_few_samples_has_no_interval():
+    assert paired_ratio({3: 2.0}, {3: 1.0}) == statistics.Ratio(1, 2.0, None, None)
+    assert paired_ratio({3: 2.0}, {4: 1.0}) is None
+    assert statistics.unpaired_ratio([2.0], [1.0, 1.0]).median == 2.0
+
+
+def test_noise_names_an_uncertain_median_starvation_and_others():
+    quiet = [1.0] * 10
+    assert statistics.noise(quiet, quiet, 0.0) == ""
+    wide = [1, 1, 1, 2, 2, 2, 3, 3]
+    assert "median uncertain" in statistics.noise(wide, wide, 0.0)
+    assert statistics.noise(wide * 200, wide * 200, 0.0) == "", (
+        "enough samples make up for their spread"
+    )
+    assert "less CPU time" in statistics.noise(quiet, [2.0] * 6 + [0.5] * 4, 0.0)
+    assert "other processes took 40%" in statistics.noise(quiet, quiet, 0.4)
+
+
+def test_log_slope_of_a_power_is_its_exponent():
+    x = np.array([1e5, 1e6, 1e7])
+    slope, low, high = statistics.log_slope(x, 3e-9 * x**1.5)
+    assert slope == pytest.approx(1.5)
+    assert low <= slope <= high
+    assert statistics.log_slope([1.0, 1.0], [2.0, 3.0]) is None
+
+
+def test_paired_ratio_is_the_median_and_not_the_mean():
+    skewed = paired_ratio({0: 1.0, 1: 1.0, 2: 10.0}, {0: 1.0, 1: 1.0, 2: 1.0})
+    assert skewed is not None and skewed.median == 1

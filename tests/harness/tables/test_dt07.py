@@ -1,0 +1,29 @@
+import pytest
+
+from tests.harness.records import group, rows_of, subject
+
+
+def test_dt07_rows_have_passes_ratios_and_the_exponent_of_time():
+    def sized(name, triangles, seconds):
+        passes = {"pass_1": 0.7 * seconds, "pass_2": 0.1 * seconds, "pass_3": 0.2 * seconds}
+        return group(
+            subject("quadric_clustering", [seconds] * 5, params={"cells": 40.5}),
+            subject("separate", [passes] * 5),
+            subject("fast_simplification", [20 * seconds] * 5),
+            table="dt07_timing", config={"dataset": name}, dataset=name, triangles_in=triangles,
+        )  # fmt: skip
+
+    small = sized("displaced_icosphere_100k", 100_000, 0.001)
+    large = sized("displaced_icosphere_10m", 10_000_000, 0.1)
+    scan = sized("bunny_69k", 70_000, 0.001)
+    rows, _ = rows_of("dt07_timing", small)
+    assert rows["separate"]["pass_1_share"] == pytest.approx(0.7)
+    assert rows["separate"]["published_pass_1_share"] == 0.75
+    assert rows["quadric_clustering"]["pass_1_s"] is None
+    assert rows["quadric_clustering"]["ratio_to_fast_simplification"] == pytest.approx(20)
+    assert rows["quadric_clustering"]["cells"] == 40.5
+    assert rows["quadric_clustering"]["published_ratio_to_cpu"] == 20
+    assert rows["quadric_clustering"]["slope"] is None, "one size has no slope"
+    rows, _ = rows_of("dt07_timing", scan, small, large)
+    assert rows["quadric_clustering"]["slope"] == pytest.approx(1.0)
+    assert rows["quadric_clustering"]["published_slope"] == 1

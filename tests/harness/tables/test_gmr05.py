@@ -1,0 +1,49 @@
+import pytest
+
+from tests.harness.records import group, rows_of, subject
+
+
+def test_gmr05_rows_have_both_counts_and_published_values():
+    counters = {"vertices": 10 * 2145}
+    static = {"stored_vertices": 21_450, "static_vertices": 21_450, "batches": 1}
+    small = {"stored_vertices": 2145, "static_vertices": 21_450, "batches": 1}
+    rows, made = rows_of(
+        "gmr05_figure7",
+        group(
+            subject("static_vbo", [0.002] * 10, counters=counters, footprint=static),
+            subject("pattern_per_triangle", [0.004] * 10, counters=counters, footprint=small),
+            subject("device_fill", [0.001] * 10),
+            table="gmr05_figure7", segments=64, coarse_triangles=10, dataset="sphere_10",
+        ),
+    )  # fmt: skip
+    assert rows["static_vbo"]["published_frame_fps"] == 973.10
+    assert rows["static_vbo"]["stored_vertices_square"] == 42_250
+    assert rows["static_vbo"]["published_vertices"] == 42_250
+    ours = rows["pattern_per_triangle"]
+    assert ours["stored_vertices"] == 2145
+    assert ours["stored_vertices_square"] == ours["published_vertices"] == 4225
+    assert ours["stored_share"] == 0.1  # one pattern for ten coarse triangles
+    assert ours["stage_fps"] == pytest.approx(250)
+    assert ours["frame_fps"] is None
+    assert ours["fill_share"] == pytest.approx(0.25)
+    assert ours["ratio_to_static_vbo"] == pytest.approx(0.5)
+    assert ours["published_ratio_to_static_vbo"] == pytest.approx(965.12 / 973.10)
+    assert ours["vertices_per_s"] == pytest.approx(10 * 2145 / 0.004)
+    assert any("331,938" in note for note in made["notes"])
+
+
+def test_gmr05_frames_stand_apart_from_samples_and_beside_the_published_ones():
+    static, ours = subject("static_vbo", [0.001] * 4), subject("pattern_per_triangle", [0.002] * 4)
+    for found, seconds in ((static, 0.02), (ours, 0.01)):
+        found.frames = [{"turn": turn, "wall_s": seconds} for turn in range(3, 7)]
+    rows, _ = rows_of(
+        "gmr05_figure7",
+        group(static, ours, table="gmr05_figure7", segments=64, coarse_triangles=10),
+    )
+    row = rows["pattern_per_triangle"]
+    assert row["stage_fps"] == pytest.approx(500)
+    assert (row["frame_fps"], row["frames"]) == (pytest.approx(100), 4)
+    assert row["frame_ratio_to_static_vbo"] == pytest.approx(2)
+    assert row["ratio_to_static_vbo"] == pytest.approx(0.5)
+    assert row["published_frame_fps"] == 965.12
+    assert rows["static_vbo"]["frame_ratio_to_static_vbo"] is None
