@@ -261,6 +261,9 @@ def kernel() -> Iterator[Finding]:
     right = "gives the right numbers" if found["right"] else "gives WRONG numbers"
     detail = f"{right} on {found['device']} ({found['driver']}), first run {found['seconds']:.2f} s"
     yield Finding("a kernel", "ok" if found["right"] else "fail", detail)
+    if name := found.get("compiles_for"):
+        detail = f"PoCL's compiler knows no name for this processor, and compiles for {name}"
+        yield Finding("processor", "ok", detail)
     if os.environ.get("LODBENCH_PRELUDE") == "0":
         detail = "LODBENCH_PRELUDE=0 keeps the prelude off: some PoCL builds are many times slower, or abort"
         yield Finding("built-ins", "warn", detail, "unset LODBENCH_PRELUDE")

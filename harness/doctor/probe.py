@@ -42,6 +42,7 @@ def kernel() -> dict[str, Any]:
     return {
         "device": device.facts.name,
         "driver": device.facts.driver,
+        "compiles_for": device.facts.compiles_for,
         "seconds": seconds,
         "right": bool(right),
     }

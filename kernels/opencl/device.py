@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lodbench.kernels.opencl import caches, driver, facts
+from lodbench.kernels.opencl import caches, driver, facts, processor
 from lodbench.kernels.opencl.driver import (
     DeviceError,
     Unsupported,
@@ -67,6 +67,7 @@ class Device:
             extensions=tuple(sorted(device.extensions.split())),
             one_core=one_core,
             prelude=driver.needs_prelude(device),
+            compiles_for=processor.name_unknown(device) if self.is_pocl else "",
         )
 
     @classmethod
@@ -124,6 +125,8 @@ class Device:
 
     def compile(self, texts: Iterable[tuple[str, str]], options: str) -> Any:
         """The built program of (file name, text) pairs, joined in order, each with its own line numbers."""
+        if self.facts.compiles_for:  # PoCL's cache of kernels goes by options, and not by this
+            options = f"{options} -D COMPILED_FOR_{self.facts.compiles_for.replace('-', '_')}"
         joined = "".join(f'#line 1 "{name}"\n{text}\n' for name, text in texts)
         cl = self.cl
         try:

@@ -21,3 +21,4 @@ class DeviceFacts:
     extensions: tuple[str, ...]
     one_core: bool
     prelude: bool
+    compiles_for: str = ""  # the processor that PoCL was told of; "": the one that it found
