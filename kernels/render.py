@@ -189,8 +189,8 @@ def render(
     shading = replace(shading, line_width=shading.line_width * samples)
     opened = open_device(device)
     surface = upload_surface(opened, mesh, normals=shading.smooth)
-    raster = Raster(opened, surface, drawn.width, drawn.height, shading)
-    raster(surface, Frame(drawn), Timeline())
+    raster = Raster(opened, [surface], drawn.width, drawn.height, shading)
+    raster([surface], Frame(drawn), Timeline())
     return _mean(raster.image(), samples)
 
 

@@ -50,11 +50,11 @@ class DeviceSubject:
     Attributes:
         device: where it runs.
         setup: seconds of set-up by stage.
-        output: the last frame's surface; None where it leaves none on the device.
+        output: the last frame's surfaces; none where it leaves nothing on the device.
         frame: the last one; None before the first.
     """
 
-    output: DeviceSurface | None = None
+    output: Sequence[DeviceSurface] = ()
 
     def __init__(self, device: Device, setup: Timeline | None = None) -> None:
         self.device = device
@@ -139,30 +139,33 @@ class DeviceSubject:
     # afterwards; a frame is run where there was none
 
     def live(self) -> tuple[int, int]:
-        """Vertices and triangles of the last frame's surface."""
+        """Vertices and triangles of all surfaces of the last frame."""
+        rows = self.live_rows()
+        return sum(vertices for vertices, _ in rows), sum(triangles for _, triangles in rows)
+
+    def live_rows(self) -> list[tuple[int, int]]:
+        """Vertices and triangles of each surface of the last frame."""
         if self.frame is None:
             self.enqueue(Frame(), Timeline())
-        surface = self.output
-        if surface is None:
-            return 0, 0
-        if surface.counts is None:
-            return surface.vertex_count, surface.triangle_count
-        vertices, triangles = self.device.read(surface.counts)
-        return int(vertices), int(triangles)
+        rows = []
+        for surface in self.output:
+            found = surface.vertex_count, surface.triangle_count
+            rows.append(
+                found if surface.counts is None else map(int, self.device.read(surface.counts))
+            )
+        return [(vertices, triangles) for vertices, triangles in rows]
 
     def result(self) -> Sequence[TriangleMesh]:
-        """The last frame's surface, read back."""
-        vertices, triangles = self.live()
-        surface = self.output
-        if surface is None:
-            return ()
+        """The last frame's surfaces, read back, a mesh each."""
         read = self.device.read
+        rows = self.live_rows()
         return [
             TriangleMesh(
                 read(surface.positions, vertices).reshape(-1, 3),
                 read(surface.triangles, triangles).reshape(-1, 3),
                 None if surface.normals is None else read(surface.normals, vertices).reshape(-1, 3),
             )
+            for surface, (vertices, triangles) in zip(self.output, rows, strict=True)
         ]
 
     def check(self) -> Check:
@@ -181,8 +184,7 @@ class DeviceSubject:
     def stored(self) -> Stored:
         """What stays in memory to draw the surface, and a static buffer of it: here both are the result itself."""
         vertices, triangles = self.live()
-        surface = self.output
-        normals = surface is not None and surface.normals is not None
+        normals = any(surface.normals is not None for surface in self.output)
         size = POINT * ((1 + normals) * vertices + triangles)
         return Stored(vertices, size, vertices, size)
 

@@ -94,7 +94,7 @@ class Traffic:
 
 @dataclass(frozen=True)
 class DeviceSurface:
-    """The last frame's surface, on the device.
+    """One surface of the last frame, on the device: sized by capacity, its live rows counted there.
 
     ```
     positions, normals   float [3 * vertex_count]     packed x y z; normals may be None
@@ -126,8 +126,8 @@ class Prepared(Protocol):
         ...
 
     @property
-    def output(self) -> DeviceSurface | None:
-        """The last frame's surface; None for subjects that do not leave one on the device."""
+    def output(self) -> Sequence[DeviceSurface]:
+        """The last frame's surfaces, all of which are drawn; none for subjects that leave nothing on the device."""
         ...
 
     def enqueue(self, frame: Frame, timeline: Timeline) -> None:
@@ -208,11 +208,15 @@ class System(Generic[P]):
     notes: str = field(default="")
 
 
+Draws = Callable[[Sequence[DeviceSurface], Frame, Timeline], None]
+"""What draws the surfaces of a frame: see `stages.raster.Raster`."""
+
+
 def run(
     device: Device,
     prepared: Prepared,
     frame: Frame = Frame(),
-    raster: Callable[[DeviceSurface, Frame, Timeline], None] | None = None,
+    raster: Draws | None = None,
 ) -> Timeline:
     """One frame: enqueue, optional raster and shading, wait once; device seconds per stage and wall seconds.
 
@@ -234,13 +238,13 @@ def _frame(
     device: Device,
     prepared: Prepared,
     frame: Frame,
-    raster: Callable[[DeviceSurface, Frame, Timeline], None] | None,
+    raster: Draws | None,
 ) -> Timeline:
     timeline = Timeline()
     start = time.perf_counter()
     prepared.enqueue(frame, timeline)
     if raster is not None:
-        if prepared.output is None:
+        if not prepared.output:
             device.wait()
             raise Unsupported(NOTHING_TO_DRAW)
         raster(prepared.output, frame, timeline)

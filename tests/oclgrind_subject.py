@@ -121,7 +121,7 @@ def run_system(device, name):
             check = prepared.check()
             if not check.passed:
                 failed.append(f"{subject}: {check.what} {check.value} > {check.tolerance}")
-            if prepared.output is not None and not drawn:
+            if prepared.output and not drawn:
                 draw(device, prepared, subject)
                 drawn = True
     simplify = getattr(sys.modules[system.prepare.__module__.rpartition(".")[0]], "simplify", None)

@@ -54,7 +54,7 @@ class HostPrepared:
     setup: Timeline = field(default_factory=Timeline)
     input_bytes: int = 0
     count: Callable[[Any], Mapping[str, int | float]] | None = None
-    output: None = None
+    output: tuple[()] = ()
     _last: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:

@@ -125,7 +125,7 @@ class Trial:
         """
         draw, prepared = self.subject.draw, self.prepared
         assert draw is not None and prepared is not None and self.device is not None
-        if prepared.output is None:
+        if not prepared.output:
             raise Unsupported(NOTHING_TO_DRAW)
         self.raster = Raster(self.device, prepared.output, *draw.size)
         self.seen = (

@@ -184,7 +184,7 @@ class Clustering(DeviceSubject):
 
     def ready(self, *kernels: Any) -> None:
         """Set the output; run a frame, unless this device has run one with these `kernels`."""
-        self.output = DeviceSurface(
+        surface = DeviceSurface(
             positions=self.vertices_out,
             normals=None,
             triangles=self.survivors,
@@ -192,6 +192,7 @@ class Clustering(DeviceSubject):
             triangle_count=self._triangles,
             counts=self.counts,
         )
+        self.output = (surface,)
         key, warm = (type(self), *kernels), _warm.setdefault(self.device, set())
         self.setup.from_cache["first_launch"] = key in warm
         if key not in warm:

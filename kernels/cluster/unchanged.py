@@ -53,9 +53,8 @@ class Unchanged(DeviceSubject):
         self._copies = tuple(self.allocate(b.name, b.shape, b.dtype, "output") for b in self._given)
         for source, target in zip(self._given, self._copies, strict=True):
             self._copy(source, target)
-        self.output = DeviceSurface(
-            self._copies[0], None, self._copies[1], positions.shape[0], triangles.shape[0]
-        )
+        points, faces = self._copies
+        self.output = (DeviceSurface(points, None, faces, positions.shape[0], triangles.shape[0]),)
 
     def _copy(self, source: Buffer, target: Buffer) -> None:
         device = self.device

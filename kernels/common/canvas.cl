@@ -75,16 +75,16 @@ static inline void waiting_put(const Canvas *canvas, Waiting *waiting)
     waiting->count = 0;
 }
 
-// the fragments of up to eight rounds of eight triangles from t on; bit 8 * round + lane says which there are
+// the fragments of up to eight rounds of eight triangles from `id` on; bit 8 * round + lane says which there are
 static inline void canvas_put(
-    const Canvas *canvas, Waiting *waiting, ulong bits, const uint *pixels, const uint *depths, const uint t)
+    const Canvas *canvas, Waiting *waiting, ulong bits, const uint *pixels, const uint *depths, const uint id)
 {
     uint count = waiting->count;
     while (bits) {
         const uint slot = 63 - (uint)clz(bits);
         bits ^= 1UL << slot;
         const uint pixel = pixels[slot];
-        const long key = ((long)depths[slot] << 32) | (t + (slot & 7));
+        const long key = ((long)depths[slot] << 32) | (id + (slot & 7));
         tile_open(canvas, pixel / TILE_PIXELS);
 #ifdef SHARED
         key_put(canvas->keys + pixel, key);

@@ -4,6 +4,7 @@
 // Work      functions only; what is fused says so with fma, so that equal sums of equal numbers are equal to the bit
 // Reads     nothing
 // Writes    nothing
+// Needs     common/transpose.cl
 // Defines   STREAMING  1: stores go past the caches, for outputs that are larger than they are; else 0
 
 #pragma OPENCL FP_CONTRACT OFF
@@ -20,29 +21,22 @@ typedef struct {
 #endif
 #endif
 
-// single shuffles where the compiler has a name for them: it does not find its way back from lists of lanes
-#ifdef __clang__
-#define PACKED_PICK(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
-#else
-#define PACKED_PICK(a, b, ...) shuffle2(a, b, (uint8)(__VA_ARGS__))
-#endif
-
 typedef struct {
     float8 first, second, third;
 } packed8;
 
 static inline packed8 packed_rows(const planes8 a)
 {
-    const float8 xy = PACKED_PICK(a.x, a.y, 0, 2, 8, 10, 4, 6, 12, 14);
-    const float8 yz = PACKED_PICK(a.y, a.z, 1, 3, 9, 11, 5, 7, 13, 15);
-    const float8 zx = PACKED_PICK(a.z, a.x, 0, 2, 9, 11, 4, 6, 13, 15);
-    const float8 r03 = PACKED_PICK(xy, zx, 0, 2, 8, 10, 4, 6, 12, 14);
-    const float8 r14 = PACKED_PICK(yz, xy, 0, 2, 9, 11, 4, 6, 13, 15);
-    const float8 r25 = PACKED_PICK(zx, yz, 1, 3, 9, 11, 5, 7, 13, 15);
+    const float8 xy = SHUFFLE8(a.x, a.y, 0, 2, 8, 10, 4, 6, 12, 14);
+    const float8 yz = SHUFFLE8(a.y, a.z, 1, 3, 9, 11, 5, 7, 13, 15);
+    const float8 zx = SHUFFLE8(a.z, a.x, 0, 2, 9, 11, 4, 6, 13, 15);
+    const float8 r03 = SHUFFLE8(xy, zx, 0, 2, 8, 10, 4, 6, 12, 14);
+    const float8 r14 = SHUFFLE8(yz, xy, 0, 2, 9, 11, 4, 6, 13, 15);
+    const float8 r25 = SHUFFLE8(zx, yz, 1, 3, 9, 11, 5, 7, 13, 15);
     packed8 rows;
-    rows.first = PACKED_PICK(r03, r14, 0, 1, 2, 3, 8, 9, 10, 11);
-    rows.second = PACKED_PICK(r25, r03, 0, 1, 2, 3, 12, 13, 14, 15);
-    rows.third = PACKED_PICK(r14, r25, 4, 5, 6, 7, 12, 13, 14, 15);
+    rows.first = SHUFFLE8(r03, r14, 0, 1, 2, 3, 8, 9, 10, 11);
+    rows.second = SHUFFLE8(r25, r03, 0, 1, 2, 3, 12, 13, 14, 15);
+    rows.third = SHUFFLE8(r14, r25, 4, 5, 6, 7, 12, 13, 14, 15);
     return rows;
 }
 

@@ -4,6 +4,7 @@
 // Work      functions only; contraction is off, so that every stage and the reference round alike
 // Reads     nothing
 // Writes    nothing
+// Needs     common/transpose.cl
 
 #pragma OPENCL FP_CONTRACT OFF
 
@@ -26,15 +27,6 @@
 
 #define ID_EMPTY 0xffffffffu
 #define LANE ((int8)(0, 1, 2, 3, 4, 5, 6, 7))
-
-// single shuffles where the compiler has a name for them: it does not find its way back from lists of lanes
-#ifdef __clang__
-#define LANES(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
-#define LANES16 LANES
-#else
-#define LANES(a, b, ...) shuffle2(a, b, (uint8)(__VA_ARGS__))
-#define LANES16(a, b, ...) shuffle2(a, b, (uint16)(__VA_ARGS__))
-#endif
 
 static inline int8 screen_round(const float8 a) { return convert_int8(floor(a + 0.5f)); }
 

@@ -20,13 +20,10 @@ static inline planes8 gather_screen(__global const int *restrict screen, const u
                            as_float8(second ? (int8)(b.w) : (int8)(a.w))};
         return e;
     }
-    const int8 p = (int8)(vload4(r[0], screen), vload4(r[4], screen)), q = (int8)(vload4(r[1], screen), vload4(r[5], screen));
-    const int8 s = (int8)(vload4(r[2], screen), vload4(r[6], screen)), t = (int8)(vload4(r[3], screen), vload4(r[7], screen));
-    const int8 pq = LANES(p, q, 0, 8, 1, 9, 4, 12, 5, 13), st = LANES(s, t, 0, 8, 1, 9, 4, 12, 5, 13);
-    const int8 pq2 = LANES(p, q, 2, 10, 3, 11, 6, 14, 7, 15), st2 = LANES(s, t, 2, 10, 3, 11, 6, 14, 7, 15);
-    const planes8 e = {convert_float8(LANES(pq, st, 0, 1, 8, 9, 4, 5, 12, 13)),
-                       convert_float8(LANES(pq, st, 2, 3, 10, 11, 6, 7, 14, 15)),
-                       as_float8(LANES(pq2, st2, 2, 3, 10, 11, 6, 7, 14, 15))};
+#define RECORDS(j) as_float8((int8)(vload4(r[j], screen), vload4(r[j + 4], screen)))
+    const fours8 f = transpose_fours(RECORDS(0), RECORDS(1), RECORDS(2), RECORDS(3));
+#undef RECORDS
+    const planes8 e = {convert_float8(as_int8(f.x)), convert_float8(as_int8(f.y)), f.w};
     return e;
 }
 
@@ -45,11 +42,9 @@ static inline planes8 gather(
         for (int k = 0; k < 8; ++k) f[k] = (float4)(vload3(r[k], rows), 0.0f);
     else
         for (int k = 0; k < 8; ++k) f[k] = vload4(0, rows + 3 * (size_t)r[k]);
-    const float8 p = (float8)(f[0], f[4]), q = (float8)(f[1], f[5]), s = (float8)(f[2], f[6]), t = (float8)(f[3], f[7]);
-    const float8 pq = LANES(p, q, 0, 8, 1, 9, 4, 12, 5, 13), st = LANES(s, t, 0, 8, 1, 9, 4, 12, 5, 13);
-    const float8 pq2 = LANES(p, q, 2, 10, 2, 10, 6, 14, 6, 14), st2 = LANES(s, t, 2, 10, 2, 10, 6, 14, 6, 14);
-    const planes8 e = {LANES(pq, st, 0, 1, 8, 9, 4, 5, 12, 13), LANES(pq, st, 2, 3, 10, 11, 6, 7, 14, 15),
-                       LANES(pq2, st2, 0, 1, 8, 9, 4, 5, 12, 13)};
+    const fours8 t = transpose_fours(
+        (float8)(f[0], f[4]), (float8)(f[1], f[5]), (float8)(f[2], f[6]), (float8)(f[3], f[7]));
+    const planes8 e = {t.x, t.y, t.z};
     return e;
 }
 
@@ -144,6 +139,8 @@ static inline uint row_ids(
     __global const uint *restrict flags,
     __global const uint *restrict triangles,
     uint *ids,
+    const uint first_id,
+    const uint id_count,
     const int row,
     const uint tile,
     const uint tile_count,
@@ -158,7 +155,11 @@ static inline uint row_ids(
                 const long8 other = *(__global const long8 *)(keys + pixel);
                 key = other < key ? other : key;
             }
-        const uint8 id = as_uint16(key).even; // convert_uint8 of a long8 breaks the programs that PoCL 3.0 caches
+        uint8 id = as_uint16(key).even; // convert_uint8 of a long8 breaks the programs that PoCL 3.0 caches
+#if SEVERAL
+        id -= first_id;
+        id = id < id_count ? id : ID_EMPTY; // what other surfaces drew is none of this one's
+#endif
         vstore8(id, group, ids);
         const bool hit = lane_signs(id != ID_EMPTY);
         hits |= (uint)hit << group;
@@ -174,4 +175,23 @@ static inline uint3 triangle_corners(
 {
     const uint instance = INSTANCED ? id / pattern_count : 0;
     return vload3(id - instance * pattern_count, triangles) + instance * instance_vertices;
+}
+
+// a colour under the lights, `normal` of any length; each light's strength in w, the sky's falls to a third below
+static inline planes8 lit_colour(planes8 colour, const planes8 normal, const float4 key_light, const float4 fill_light,
+    const float4 sky_light, const float4 highlight)
+{
+    const float8 square = normal.x * normal.x + normal.y * normal.y + normal.z * normal.z;
+    const float8 scale = 1.0f / sqrt(greater(square, (float8)(1e-37f)));
+    const float8 zero = 0.0f;
+    const float8 lit = greater(toward(normal, key_light.xyz) * scale, zero) * key_light.w +
+                       greater(toward(normal, fill_light.xyz) * scale, zero) * fill_light.w +
+                       (toward(normal, sky_light.xyz) * scale * 0.33f + 0.67f) * sky_light.w;
+    float8 shine = greater(toward(normal, highlight.xyz) * scale, zero);
+    shine *= shine, shine *= shine, shine *= shine, shine *= shine, shine *= shine;
+    shine *= highlight.w;
+    colour.x = colour.x * lit + shine;
+    colour.y = colour.y * lit + shine;
+    colour.z = colour.z * lit + shine;
+    return colour;
 }

@@ -13,7 +13,8 @@
 //           colour_map  float[4 * 256]            linear red, green, blue
 // Writes    image       uint [height * 64 * tiles per row]   red, green, blue, 255; row 0 on top
 // Needs     common/shading.cl
-// Defines   SMOOTH 0 facets, 1 interpolated normals; COLOUR 0 one colour, 1 triangle id, 2 and 3 values, 4 vertices' own; WIRE, INSTANCED 0 or 1
+// Defines   SMOOTH 0 facets, 1 interpolated normals; COLOUR 0 one colour, 1 triangle id, 2 and 3 values, 4 vertices' own; WIRE, INSTANCED 0 or 1;
+//           SEVERAL 1: a frame of several surfaces, each shaded by a launch of its own
 
 __kernel void stages_fragment_shade(
     __global const long *restrict keys,
@@ -35,6 +36,9 @@ __kernel void stages_fragment_shade(
     const float4 background_bottom,
     const float line_width,   // pixels, WIRE
     const uint instance_vertices,
+    const uint first_id,      // of the frame's triangles: this surface's first
+    const uint id_count,      // and how many are its own
+    const uint behind,        // SEVERAL, 1: what is there already stays where this surface is not seen
     const uint triangles_per_value,
     const uint rows_per_item, // divides 64
     const int width,
@@ -53,7 +57,8 @@ __kernel void stages_fragment_shade(
     const int end = min(first + (int)rows_per_item, height);
     if (first >= end) return;
     uint rows[2][TILE];
-    uint next_hits = row_ids(keys, flags, triangles, rows[0], first - top, tile, tile_count, map_count);
+    uint next_hits = row_ids(
+        keys, flags, triangles, rows[0], first_id, id_count, first - top, tile, tile_count, map_count);
     for (int row = first; row < end; ++row) {
         __global uint *out = image + (size_t)row * tiles_per_row * TILE + left;
         const float t = (row + 0.5f) / height;
@@ -64,7 +69,8 @@ __kernel void stages_fragment_shade(
         uint *ids = rows[(row - first) & 1];
         if (row + 1 < end)
             next_hits = row_ids(
-                keys, flags, triangles, rows[(row + 1 - first) & 1], row + 1 - top, tile, tile_count, map_count);
+                keys, flags, triangles, rows[(row + 1 - first) & 1], first_id, id_count, row + 1 - top, tile, tile_count,
+                map_count);
 
         uint corners[3][TILE];
         uint twos = 0; // one bit per eight pixels: they see the triangle of the first or that of the last, no third
@@ -160,11 +166,11 @@ __kernel void stages_fragment_shade(
             const planes8 normal = facing[group];
             const uint8 id = vload8(group, ids);
             if (!(hits >> group & 1)) {
-                vstore8(background, group, out);
+                if (!(SEVERAL && behind)) vstore8(background, group, out);
                 continue;
             }
             planes8 colour = spread(surface_colour.xyz);
-            if (COLOUR == 1) colour = scattered_colour(id);
+            if (COLOUR == 1) colour = scattered_colour(id + first_id);
             if (COLOUR == 4) colour = weights[group];
             if (COLOUR == 2 || COLOUR == 3) {
                 float value[3][8];
@@ -180,20 +186,10 @@ __kernel void stages_fragment_shade(
                 colour = mapped_colour(
                     colour_map, COLOUR == 2 ? first : kept.x * first + kept.y * vload8(0, value[1]) + kept.z * vload8(0, value[2]));
             }
-            const float8 square = normal.x * normal.x + normal.y * normal.y + normal.z * normal.z;
-            const float8 scale = 1.0f / sqrt(greater(square, (float8)(1e-37f)));
-            const float8 zero = 0.0f;
-            const float8 lit = greater(toward(normal, key_light.xyz) * scale, zero) * key_light.w +
-                               greater(toward(normal, fill_light.xyz) * scale, zero) * fill_light.w +
-                               (toward(normal, sky_light.xyz) * scale * 0.33f + 0.67f) * sky_light.w;
-            float8 shine = greater(toward(normal, highlight.xyz) * scale, zero);
-            shine *= shine, shine *= shine, shine *= shine, shine *= shine, shine *= shine;
-            shine *= highlight.w;
-            colour.x = colour.x * lit + shine;
-            colour.y = colour.y * lit + shine;
-            colour.z = colour.z * lit + shine;
+            colour = lit_colour(colour, normal, key_light, fill_light, sky_light, highlight);
             if (WIRE) colour.x *= inks[group], colour.y *= inks[group], colour.z *= inks[group];
-            vstore8(id != ID_EMPTY ? pixel_colour(colour) : background, group, out);
+            const uint8 rest = SEVERAL && behind ? vload8(group, out) : background;
+            vstore8(id != ID_EMPTY ? pixel_colour(colour) : rest, group, out);
         }
     }
 }

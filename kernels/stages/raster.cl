@@ -13,19 +13,12 @@
 // Needs     common/canvas.cl
 // Defines   COUNT, SHARED as in canvas.cl
 
-// corner `c` of eight triangles, four 4 x 4 transposes at once
-#define EIGHT_CORNERS(c, x, y, z, w)                                                                                   \
-    int8 x, y, z, w;                                                                                                   \
-    {                                                                                                                  \
-        const int8 p = (int8)(RECORD(0 + c), RECORD(12 + c)), q = (int8)(RECORD(3 + c), RECORD(15 + c));               \
-        const int8 r = (int8)(RECORD(6 + c), RECORD(18 + c)), s = (int8)(RECORD(9 + c), RECORD(21 + c));               \
-        const int8 pq = LANES(p, q, 0, 8, 1, 9, 4, 12, 5, 13), rs = LANES(r, s, 0, 8, 1, 9, 4, 12, 5, 13);             \
-        const int8 pq2 = LANES(p, q, 2, 10, 3, 11, 6, 14, 7, 15), rs2 = LANES(r, s, 2, 10, 3, 11, 6, 14, 7, 15);       \
-        x = LANES(pq, rs, 0, 1, 8, 9, 4, 5, 12, 13);                                                                   \
-        y = LANES(pq, rs, 2, 3, 10, 11, 6, 7, 14, 15);                                                                 \
-        z = LANES(pq2, rs2, 0, 1, 8, 9, 4, 5, 12, 13);                                                                 \
-        w = LANES(pq2, rs2, 2, 3, 10, 11, 6, 7, 14, 15);                                                               \
-    }
+// corner `c` of eight triangles
+#define EIGHT_CORNERS(c, t)                                                                                            \
+    const fours8 t = transpose_fours(                                                                                  \
+        as_float8((int8)(RECORD(0 + c), RECORD(12 + c))), as_float8((int8)(RECORD(3 + c), RECORD(15 + c))),            \
+        as_float8((int8)(RECORD(6 + c), RECORD(18 + c))), as_float8((int8)(RECORD(9 + c), RECORD(21 + c))));           \
+    const int8 x##c = as_int8(t.x), y##c = as_int8(t.y), z##c = as_int8(t.z), w##c = as_int8(t.w);
 #define SMALL 8
 #define RECORD(k) vload4(corners[k], screen)
 #define EIGHT_EDGES(k, ax, ay, bx, by)                                                                                 \
@@ -34,21 +27,21 @@
     int8 row##k = (dx##k * (centre_y - ay) - dy##k * (centre_x - ax) - 1 - owned##k) >> 8;
 
 // triangles up to SMALL pixels wide and high: one per lane, all their pixel centres in step; returns the others, to be
-// drawn one by one
+// drawn one by one. `id` is the first one's, `live` how many there are
 static inline uint canvas_draw_eight(
-    const Canvas *canvas, Waiting *waiting, __global const int *restrict screen, const uint *corners, const uint t,
-    const uint end)
+    const Canvas *canvas, Waiting *waiting, __global const int *restrict screen, const uint *corners, const uint id,
+    const uint live)
 {
-    EIGHT_CORNERS(0, x0, y0, z0, w0)
-    EIGHT_CORNERS(1, x1, y1, z1, w1)
-    EIGHT_CORNERS(2, x2, y2, z2, w2)
+    EIGHT_CORNERS(0, a)
+    EIGHT_CORNERS(1, b)
+    EIGHT_CORNERS(2, c)
     const int8 low_x = min(x0, min(x1, x2)), high_x = max(x0, max(x1, x2));
     const int8 low_y = min(y0, min(y1, y2)), high_y = max(y0, max(y1, y2));
     const int8 left = (low_x + (SUBPIXELS / 2 - 1)) >> 8, right = (high_x - SUBPIXELS / 2) >> 8;
     const int8 top = (low_y + (SUBPIXELS / 2 - 1)) >> 8, bottom = (high_y - SUBPIXELS / 2) >> 8;
     const int8 clipped = w0 | w1 | w2, gone = w0 & w1 & w2; // negative: any, all
     const int8 missed = (left > right) | (top > bottom) | (right < 0) | (bottom < 0) | (left >= canvas->width) | (top >= canvas->height);
-    const int8 rejected = (LANE >= (int)(end - t)) | ((gone < 0) & ((gone & OUTSIDE_ANY) != 0)) | (missed & (clipped >= 0));
+    const int8 rejected = (LANE >= (int)live) | ((gone < 0) & ((gone & OUTSIDE_ANY) != 0)) | (missed & (clipped >= 0));
     const uint seen = ~lane_signs(rejected) & 255;
     if (!seen) return 0;
 
@@ -88,14 +81,14 @@ static inline uint canvas_draw_eight(
             vstore8(as_uint8(line + x + (x >> 6) * (TILE_PIXELS - TILE)), round, pixels);
             bits |= (ulong)(~lane_signs(f0 | f1 | f2) & drawn) << (8 * round);
             if (++round == 8) {
-                canvas_put(canvas, waiting, bits, pixels, depths, t);
+                canvas_put(canvas, waiting, bits, pixels, depths, id);
                 bits = 0, round = 0;
             }
             f0 -= dy0, f1 -= dy1, f2 -= dy2;
         }
         row0 += dx0, row1 += dx1, row2 += dx2;
     }
-    canvas_put(canvas, waiting, bits, pixels, depths, t);
+    canvas_put(canvas, waiting, bits, pixels, depths, id);
     return others;
 }
 
@@ -109,6 +102,7 @@ __kernel void stages_raster_triangles(
     __global int *restrict large,
     const float16 to_screen,
     const uint instance_vertices,
+    const uint first_id, // of the frame's triangles: this surface's first
     const uint cull,
     const int width,
     const int height,
@@ -148,16 +142,17 @@ __kernel void stages_raster_triangles(
                     k += t + lane + 1 < end;
                 }
             }
-            uint others = canvas_draw_eight(&canvas, &waiting, screen, corners, t, end);
+            uint others = canvas_draw_eight(&canvas, &waiting, screen, corners, first_id + t, end - t);
             while (others) {
                 const uint lane = 31 - clz(others);
                 others ^= 1u << lane;
                 const uint a = corners[3 * lane], b = corners[3 * lane + 1], c = corners[3 * lane + 2];
                 const int4 u = vload4(a, screen), v = vload4(b, screen), w = vload4(c, screen);
                 if ((u.w | v.w | w.w) < 0)
-                    canvas_clip(&canvas, vload3(a, positions), vload3(b, positions), vload3(c, positions), to_screen, t + lane);
+                    canvas_clip(&canvas, vload3(a, positions), vload3(b, positions), vload3(c, positions), to_screen,
+                        first_id + t + lane);
                 else
-                    canvas_draw(&canvas, u, v, w, t + lane);
+                    canvas_draw(&canvas, u, v, w, first_id + t + lane);
             }
         }
     }

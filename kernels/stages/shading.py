@@ -42,6 +42,13 @@ class Shading:
     surface: Colour = (0.56, 0.52, 0.47)
     background: tuple[Colour, Colour] = ((0.93, 0.94, 0.95), (0.66, 0.68, 0.71))
 
+    @property
+    def colour_kind(self) -> int:
+        """COLOUR of stages/fragment.cl."""
+        if self.values is None:
+            return int(self.by_triangle)
+        return 4 if self.values.ndim == 2 else 2 + (self.values_of == "vertices")
+
 
 def lights(view: View) -> dict[str, Light]:
     """The lights of a view, fixed to the camera: key from the upper left, fill from the right, sky from above."""

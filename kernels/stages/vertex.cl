@@ -29,14 +29,11 @@ static inline void screen_store(const float8 px, const float8 py, const float8 p
     const int8 b = screen_round(y * inverse) & inside;
     const int8 c = as_int8(z * inverse + 0.0f) & inside; // + 0: a negative zero would order before everything
     const int8 d = inside ? as_int8(inverse) : code | OUTSIDE;
-    const int8 ab = LANES(a, b, 0, 8, 1, 9, 4, 12, 5, 13), ab2 = LANES(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
-    const int8 cd = LANES(c, d, 0, 8, 1, 9, 4, 12, 5, 13), cd2 = LANES(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
-    const int8 r04 = LANES(ab, cd, 0, 1, 8, 9, 4, 5, 12, 13), r15 = LANES(ab, cd, 2, 3, 10, 11, 6, 7, 14, 15);
-    const int8 r26 = LANES(ab2, cd2, 0, 1, 8, 9, 4, 5, 12, 13), r37 = LANES(ab2, cd2, 2, 3, 10, 11, 6, 7, 14, 15);
-    vstore8((int8)(r04.lo, r15.lo), 0, screen);
-    vstore8((int8)(r26.lo, r37.lo), 1, screen);
-    vstore8((int8)(r04.hi, r15.hi), 2, screen);
-    vstore8((int8)(r26.hi, r37.hi), 3, screen);
+    const fours8 rows = transpose_fours(as_float8(a), as_float8(b), as_float8(c), as_float8(d));
+    vstore8(as_int8((float8)(rows.x.lo, rows.y.lo)), 0, screen);
+    vstore8(as_int8((float8)(rows.z.lo, rows.w.lo)), 1, screen);
+    vstore8(as_int8((float8)(rows.x.hi, rows.y.hi)), 2, screen);
+    vstore8(as_int8((float8)(rows.z.hi, rows.w.hi)), 3, screen);
 }
 
 __kernel void stages_vertex_transform(

@@ -38,7 +38,7 @@ class Params:
 
 
 class Fake:
-    output = None
+    output = ()
 
     def __init__(self, device, surface, params):
         self.params, self.mesh, self.frames = params, surface, 0

@@ -42,10 +42,11 @@ class Spread(DeviceSubject):
     def _make(self):
         self.positions = self.allocate("positions", (3 * self.capacity, 3), np.float32, "output")
         self.triangles = self.allocate("triangles", (self.capacity, 3), np.uint32, "output")
-        self.output = DeviceSurface(
+        surface = DeviceSurface(
             self.positions, None, self.triangles, 3 * self.capacity, self.capacity,
             counts=self.counts,
         )  # fmt: skip
+        self.output = (surface,)
         self._steps.clear()
         self._launch = self._program.launch(
             "spread", self.capacity, stage="spread", positions=self.positions, triangles=self.triangles,
@@ -104,6 +105,19 @@ def test_result_counters_and_stored_are_the_live_rows(device, spread):
     assert mesh.positions[:, 0].tolist() == [0, 1, 0, 1, 2, 1]
     assert spread.counters() == {"vertices": 6, "triangles": 2}
     assert spread.stored().stored_bytes == 12 * (6 + 2)
+
+
+def test_subject_of_several_surfaces_counts_and_reads_them_all(device, spread, tmp_path):
+    other = Spread(device, tmp_path)
+    run(device, other, Frame(time=1))
+    run(device, spread, Frame(time=2))
+    spread.output = (*spread.output, *other.output)
+    assert spread.live_rows() == [(6, 2), (3, 1)]
+    assert spread.counters() == {"vertices": 9, "triangles": 3}
+    assert [mesh.triangle_count for mesh in spread.result()] == [2, 1]
+    spread.output = ()
+    assert spread.live() == (0, 0)
+    assert spread.result() == []
 
 
 def test_subject_that_has_run_no_frame_runs_one_where_it_is_asked(device, tmp_path):

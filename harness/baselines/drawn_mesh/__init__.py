@@ -56,12 +56,12 @@ class DrawnMesh(DeviceSubject):
             self.hold("input", surface.normals)
         self._view = self._whole = mesh_view(mesh, size=(params.width, params.height))
         with self.setup.host("build"), self.holding("scratch"):
-            self._raster = Raster(device, surface, params.width, params.height, view=self._view)
+            self._raster = Raster(device, [surface], params.width, params.height, view=self._view)
 
     def enqueue(self, frame: Frame, timeline: Timeline) -> None:
         """Draw as `frame.view` sees it, or whole."""
         self.frame, self._view = frame, frame.view or self._whole
-        self._raster(self._surface, frame, timeline)
+        self._raster([self._surface], frame, timeline)
 
     def live(self) -> tuple[int, int]:
         """Those of the mesh."""

@@ -7,11 +7,10 @@
 //           state       uint[4]                           [0]: occupied cells
 // Writes    solved      float4[capacity]                  x y z in units of the largest cell edge, kind; kind 0: not used by any triangle
 //           chunk_sums  uint[chunk_count]                 used cells
-// Needs     common/chunk.cl common/quadric.cl
+// Needs     common/chunk.cl common/quadric.cl cluster/quadric_clustering/share.cl
 
 #define PLACE_ROBUST 0
 #define PLACE_PAPER 1
-#define LANES 16
 #define CELLS 8
 
 // the sums of eight cells, LANES floats each, to eight representatives
@@ -21,9 +20,11 @@ static inline uint fragment_place(
 #define COLUMN(lane)                                                                                                   \
     (float8)(sums[lane], sums[LANES + lane], sums[2 * LANES + lane], sums[3 * LANES + lane],                           \
         sums[4 * LANES + lane], sums[5 * LANES + lane], sums[6 * LANES + lane], sums[7 * LANES + lane])
-    const float8 used = COLUMN(9), corners = COLUMN(15), each = 1.0f / max(corners, (float8)(1.0f));
-    const float8 mx = COLUMN(12) * each, my = COLUMN(13) * each, mz = COLUMN(14) * each;
-    quadric8 q = {COLUMN(0), COLUMN(1), COLUMN(2), COLUMN(3), COLUMN(4), COLUMN(5), COLUMN(6), COLUMN(7), COLUMN(8)};
+    const float8 used = COLUMN(LANE_SURVIVING), corners = COLUMN(LANE_CORNERS), each = 1.0f / max(corners, (float8)(1.0f));
+    const float8 mx = COLUMN(LANE_CORNER_X) * each, my = COLUMN(LANE_CORNER_X + 1) * each;
+    const float8 mz = COLUMN(LANE_CORNER_X + 2) * each;
+    quadric8 q = {COLUMN(LANE_XX), COLUMN(LANE_XX + 1), COLUMN(LANE_XX + 2), COLUMN(LANE_XX + 3), COLUMN(LANE_XX + 4),
+        COLUMN(LANE_XX + 5), COLUMN(LANE_BX), COLUMN(LANE_BX + 1), COLUMN(LANE_BX + 2)};
 #undef COLUMN
     q.x += q.xx * mx + q.xy * my + q.xz * mz;
     q.y += q.xy * mx + q.yy * my + q.yz * mz;
@@ -122,14 +123,13 @@ __kernel void quadric_clustering_fragment_solve_fixed_point(
     for (uint s = rows.x; s < rows.y; s += CELLS) {
         float floats[CELLS * LANES];
         for (uint j = 0; j < CELLS; ++j) {
-            __global const long *sum = sums + 14 * (size_t)min(s + j, rows.y - 1);
+            __global const long *sum = sums + WORDS * (size_t)min(s + j, rows.y - 1);
             float *lane = floats + LANES * j;
-            for (uint i = 0; i < 6; ++i) lane[i] = (float)sum[i] * inverse_scale.x;
-            for (uint i = 6; i < 9; ++i) lane[i] = (float)sum[i] * inverse_scale.y;
-            for (uint i = 0; i < 3; ++i) lane[12 + i] = (float)sum[9 + i] * inverse_scale.z;
-            lane[15] = (float)sum[12];
-            lane[9] = (float)sum[13];
-            lane[10] = lane[11] = 0.0f;
+            for (uint i = 0; i < 6; ++i) lane[LANE_XX + i] = (float)sum[WORD_XX + i] * inverse_scale.x;
+            for (uint i = 0; i < 3; ++i) lane[LANE_BX + i] = (float)sum[WORD_BX + i] * inverse_scale.y;
+            for (uint i = 0; i < 3; ++i) lane[LANE_CORNER_X + i] = (float)sum[WORD_CORNER_X + i] * inverse_scale.z;
+            lane[LANE_CORNERS] = (float)sum[WORD_CORNERS];
+            lane[LANE_SURVIVING] = (float)sum[WORD_SURVIVING];
         }
         count += fragment_place(floats, solved, s, min(rows.y - s, (uint)CELLS), placement, per_box);
     }

@@ -8,34 +8,16 @@
 // Writes    maps          float[16 * capacity * map_count]  per cell: xx xy xz yy yz zz x y | z, surviving corners, 0 0, corner sum x y z, corners
 //           pieces        uint[3 * triangle_count + 4 * map_count]  ranks of surviving triangles, one piece per map
 //           piece_counts  uint[map_count]              triangles in each piece
-// Needs     common/chunk.cl cluster/quadric_clustering/share.cl
+// Needs     common/chunk.cl common/transpose.cl cluster/quadric_clustering/share.cl
 
 #define AHEAD 24 // triangles between a prefetch and its use
 #define INLINE static inline __attribute__((always_inline)) // a call would pass the eight triangles through memory
 
-typedef struct { float8 x, y, z, w; } geometry_eight;
-
-// rows to columns in two steps, as the shuffles of 256-bit registers work: within each half
-#define LOW_OF_PAIRS(a, b) (float8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s4, (b).s4, (a).s5, (b).s5)
-#define HIGH_OF_PAIRS(a, b) (float8)((a).s2, (b).s2, (a).s3, (b).s3, (a).s6, (b).s6, (a).s7, (b).s7)
-#define LOW_OF_FOURS(a, b) (float8)((a).s01, (b).s01, (a).s45, (b).s45)
-#define HIGH_OF_FOURS(a, b) (float8)((a).s23, (b).s23, (a).s67, (b).s67)
-
 // one corner of eight triangles, given by every third index
-INLINE geometry_eight geometry_corner(__global const float4 *points, const uint *index)
+INLINE fours8 geometry_corner(__global const float4 *points, const uint *index)
 {
-    const float8 p04 = (float8)(points[index[0]], points[index[12]]);
-    const float8 p15 = (float8)(points[index[3]], points[index[15]]);
-    const float8 p26 = (float8)(points[index[6]], points[index[18]]);
-    const float8 p37 = (float8)(points[index[9]], points[index[21]]);
-    const float8 xy_even = LOW_OF_PAIRS(p04, p15), zw_even = HIGH_OF_PAIRS(p04, p15);
-    const float8 xy_odd = LOW_OF_PAIRS(p26, p37), zw_odd = HIGH_OF_PAIRS(p26, p37);
-    geometry_eight corner;
-    corner.x = LOW_OF_FOURS(xy_even, xy_odd);
-    corner.y = HIGH_OF_FOURS(xy_even, xy_odd);
-    corner.z = LOW_OF_FOURS(zw_even, zw_odd);
-    corner.w = HIGH_OF_FOURS(zw_even, zw_odd);
-    return corner;
+    return transpose_fours((float8)(points[index[0]], points[index[12]]), (float8)(points[index[3]], points[index[15]]),
+        (float8)(points[index[6]], points[index[18]]), (float8)(points[index[9]], points[index[21]]));
 }
 
 // `points` is nowhere restrict: since the maps might then alias it, the compiler reads a corner again where it is added;
@@ -72,9 +54,9 @@ INLINE __global uint *geometry_add(__global const float4 *points, __global float
 INLINE __global uint *geometry_eight_triangles(__global const float4 *points, __global float8 *restrict map,
     __global uint *out, const uint *index, const uint count, const bool emit)
 {
-    const geometry_eight a = geometry_corner(points, index);
-    const geometry_eight b = geometry_corner(points, index + 1);
-    const geometry_eight c = geometry_corner(points, index + 2);
+    const fours8 a = geometry_corner(points, index);
+    const fours8 b = geometry_corner(points, index + 1);
+    const fours8 c = geometry_corner(points, index + 2);
 
     // m = (b - a) x (c - a), weight = area / 3 / |m|^2, so that weight m m^T = area / 3 n n^T
     const float8 ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z;
@@ -95,23 +77,17 @@ INLINE __global uint *geometry_eight_triangles(__global const float4 *points, __
     const float8 bx = d * wx, by = d * wy, bz = d * wz;
 
     // columns of products back to one row per triangle
-    const float8 p0 = LOW_OF_PAIRS(xx, xy), p1 = HIGH_OF_PAIRS(xx, xy);
-    const float8 p2 = LOW_OF_PAIRS(xz, yy), p3 = HIGH_OF_PAIRS(xz, yy);
-    const float8 p4 = LOW_OF_PAIRS(yz, zz), p5 = HIGH_OF_PAIRS(yz, zz);
-    const float8 p6 = LOW_OF_PAIRS(bx, by), p7 = HIGH_OF_PAIRS(bx, by);
-    const float8 q04 = LOW_OF_FOURS(p0, p2), q15 = HIGH_OF_FOURS(p0, p2), q26 = LOW_OF_FOURS(p1, p3), q37 = HIGH_OF_FOURS(p1, p3);
-    const float8 r04 = LOW_OF_FOURS(p4, p6), r15 = HIGH_OF_FOURS(p4, p6), r26 = LOW_OF_FOURS(p5, p7), r37 = HIGH_OF_FOURS(p5, p7);
-    const float8 zero = (float8)(0.0f), p8 = LOW_OF_PAIRS(bz, survives), p9 = HIGH_OF_PAIRS(bz, survives);
-    const float8 s04 = LOW_OF_FOURS(p8, zero), s15 = HIGH_OF_FOURS(p8, zero), s26 = LOW_OF_FOURS(p9, zero), s37 = HIGH_OF_FOURS(p9, zero);
+    const fours8 q = transpose_fours(xx, xy, xz, yy), r = transpose_fours(yz, zz, bx, by);
+    const fours8 s = transpose_fours(bz, survives, (float8)(0.0f), (float8)(0.0f));
 
-    out = geometry_add(points, map, out, index, (float8)(q04.lo, r04.lo), s04.lo, step.s0, emit);
-    if (count > 1) out = geometry_add(points, map, out, index + 3, (float8)(q15.lo, r15.lo), s15.lo, step.s1, emit);
-    if (count > 2) out = geometry_add(points, map, out, index + 6, (float8)(q26.lo, r26.lo), s26.lo, step.s2, emit);
-    if (count > 3) out = geometry_add(points, map, out, index + 9, (float8)(q37.lo, r37.lo), s37.lo, step.s3, emit);
-    if (count > 4) out = geometry_add(points, map, out, index + 12, (float8)(q04.hi, r04.hi), s04.hi, step.s4, emit);
-    if (count > 5) out = geometry_add(points, map, out, index + 15, (float8)(q15.hi, r15.hi), s15.hi, step.s5, emit);
-    if (count > 6) out = geometry_add(points, map, out, index + 18, (float8)(q26.hi, r26.hi), s26.hi, step.s6, emit);
-    if (count > 7) out = geometry_add(points, map, out, index + 21, (float8)(q37.hi, r37.hi), s37.hi, step.s7, emit);
+    out = geometry_add(points, map, out, index, (float8)(q.x.lo, r.x.lo), s.x.lo, step.s0, emit);
+    if (count > 1) out = geometry_add(points, map, out, index + 3, (float8)(q.y.lo, r.y.lo), s.y.lo, step.s1, emit);
+    if (count > 2) out = geometry_add(points, map, out, index + 6, (float8)(q.z.lo, r.z.lo), s.z.lo, step.s2, emit);
+    if (count > 3) out = geometry_add(points, map, out, index + 9, (float8)(q.w.lo, r.w.lo), s.w.lo, step.s3, emit);
+    if (count > 4) out = geometry_add(points, map, out, index + 12, (float8)(q.x.hi, r.x.hi), s.x.hi, step.s4, emit);
+    if (count > 5) out = geometry_add(points, map, out, index + 15, (float8)(q.y.hi, r.y.hi), s.y.hi, step.s5, emit);
+    if (count > 6) out = geometry_add(points, map, out, index + 18, (float8)(q.z.hi, r.z.hi), s.z.hi, step.s6, emit);
+    if (count > 7) out = geometry_add(points, map, out, index + 21, (float8)(q.w.hi, r.w.hi), s.w.hi, step.s7, emit);
     return out;
 }
 

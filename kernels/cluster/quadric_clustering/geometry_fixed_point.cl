@@ -5,6 +5,7 @@
 // Reads     points     float4[vertex_count]         x y z in units of the largest cell edge, w: bits of the cell's rank
 //           triangles  uint[3 * triangle_count]
 // Writes    sums       long[14 * capacity]          per cell: xx xy xz yy yz zz x y z, corner sum x y z, corners, surviving corners
+// Needs     cluster/quadric_clustering/share.cl
 
 #pragma OPENCL EXTENSION cl_khr_int64_base_atomics : enable
 
@@ -35,12 +36,12 @@ __kernel void quadric_clustering_geometry_fixed_point(
         (long)(d * w.x * scale.y), (long)(d * w.y * scale.y), (long)(d * w.z * scale.y)};
     for (uint corner = 0; corner < 3; ++corner) {
         const float4 p = corners[corner];
-        __global long *sum = sums + 14 * (size_t)as_uint(p.w);
-        for (uint i = 0; i < 9; ++i) atom_add(sum + i, quadric[i]);
-        atom_add(sum + 9, (long)(p.x * scale.z));
-        atom_add(sum + 10, (long)(p.y * scale.z));
-        atom_add(sum + 11, (long)(p.z * scale.z));
-        atom_add(sum + 12, 1l);
-        atom_add(sum + 13, survives);
+        __global long *sum = sums + WORDS * (size_t)as_uint(p.w);
+        for (uint i = 0; i < 9; ++i) atom_add(sum + WORD_XX + i, quadric[i]);
+        atom_add(sum + WORD_CORNER_X, (long)(p.x * scale.z));
+        atom_add(sum + WORD_CORNER_X + 1, (long)(p.y * scale.z));
+        atom_add(sum + WORD_CORNER_X + 2, (long)(p.z * scale.z));
+        atom_add(sum + WORD_CORNERS, 1l);
+        atom_add(sum + WORD_SURVIVING, survives);
     }
 }

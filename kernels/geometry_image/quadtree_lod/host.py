@@ -74,7 +74,7 @@ class QuadtreeLod(DeviceSubject):
         self._normals = self.allocate("normals", (vertices, 3), np.float32, "output")
         self._triangles = self.allocate("triangles", (triangles, 3), np.uint32, "output")
         self._counts = self.allocate("counts", 2, np.uint32, "output")
-        self.output = DeviceSurface(
+        surface = DeviceSurface(
             self._positions,
             self._normals,
             self._triangles,
@@ -82,6 +82,7 @@ class QuadtreeLod(DeviceSubject):
             triangles,
             counts=self._counts,
         )
+        self.output = (surface,)
         if image is None:
             device.fill(Timeline(), "upload", self._counts, 0)
             return
@@ -237,8 +238,8 @@ class QuadtreeLod(DeviceSubject):
         """Stored is the image with its tree; a static buffer holds the full image's vertices and triangles."""
         if self.image is None:
             return Stored(0, 0, 0, 0)
-        assert self.output is not None
-        vertices, triangles = self.output.vertex_count, self.output.triangle_count
+        (surface,) = self.output
+        vertices, triangles = surface.vertex_count, surface.triangle_count
         return Stored(
             stored_vertices=self.tree.side**2,
             stored_bytes=self._bytes["input"] + self._bytes["pattern"],

@@ -57,7 +57,7 @@ class UniformGrid(DeviceSubject):
         positions = self.allocate("positions", made.positions.shape, np.float32, "output")
         normals = self.allocate("normals", made.positions.shape, np.float32, "output")
         vertices = made.vertex_count
-        self.output = DeviceSurface(positions, normals, triangles, vertices, made.triangle_count)
+        self.output = (DeviceSurface(positions, normals, triangles, vertices, made.triangle_count),)
         chunk = CPU_CHUNK if device.is_cpu else GPU_CHUNK
         with setup.host("build"):
             program = device.build(

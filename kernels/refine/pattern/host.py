@@ -186,7 +186,7 @@ class Pattern(DeviceSubject):
         """The pattern of the frame's level over all coarse triangles; no surface where it did not fit at once."""
         level, self._time = self._choose(frame), frame.time
         self._drawn = level
-        self.output = level.surface if len(level.batches) <= 1 else None
+        self.output = (level.surface,) if len(level.batches) <= 1 else ()
         if self._params.amplitude:
             for batch in level.batches:
                 for launch in batch.launches:

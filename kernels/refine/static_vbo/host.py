@@ -45,7 +45,7 @@ class StaticVbo(Pattern):
         self._bytes["input"] = self._bytes.pop("output")
         self._allocate_output()
         level.surface = replace(level.surface, positions=self._positions, normals=self._normals)
-        self.output = level.surface
+        self.output = (level.surface,)
         defines = kernel_defines(device, VERTEX_BYTES * vertices)
         with self.setup.host("build"):
             program = device.build("refine/static_vbo/vertex.cl", defines=defines)

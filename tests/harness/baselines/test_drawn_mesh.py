@@ -13,7 +13,7 @@ def test_drawn_mesh_frame_is_the_three_stages_of_drawing(device):
     prepared = SYSTEM.prepare(device, icosphere(2), SMALL)
     assert set(run(device, prepared).stage_s) == {"vertex_transform", "raster", "fragment"}
     assert prepared.check().passed
-    assert prepared.output is None
+    assert not prepared.output
 
 
 def test_drawn_mesh_is_checked_in_the_view_it_was_drawn_in(device):

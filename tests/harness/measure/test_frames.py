@@ -107,7 +107,7 @@ class LeavesNothingNear:
 
     @property
     def output(self):
-        return self._prepared.output if self._left >= 0 else None
+        return self._prepared.output if self._left >= 0 else ()
 
     def enqueue(self, frame, timeline):
         self._left -= 1

@@ -125,7 +125,7 @@ def test_identity_is_a_frame_that_is_measured_like_any_other(device):
     footprint = prepared.footprint()
     assert footprint.input_bytes + footprint.output_bytes == device.used_bytes - before
     prepared.enqueue(Frame(), Timeline())
-    surface = prepared.output
+    (surface,) = prepared.output
     device.fill(Timeline(), "spoil", surface.triangles, 0)
     assert not prepared.check().passed
 

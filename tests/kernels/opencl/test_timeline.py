@@ -53,7 +53,7 @@ def test_frame_leaves_out_what_a_subject_does_before_its_work(device, monkeypatc
     monkeypatch.setattr(time, "perf_counter", lambda: now[0])
 
     class Subject:
-        output = None
+        output = ()
 
         def enqueue(self, frame, timeline):
             with timeline.untimed():

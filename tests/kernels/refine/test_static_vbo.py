@@ -48,7 +48,7 @@ def test_static_vbo_stands_still(device):
 def test_static_vbo_writes_its_output_every_frame(device):
     stored = prepare(device, icosphere(1), Params(8))
     first = as_bytes(stored.result()[0])
-    surface = stored.output
+    (surface,) = stored.output
     assert surface is not None
     for buffer in (surface.positions, surface.normals):
         device.fill(stored.setup, "spoil", buffer, 7.0)

@@ -21,8 +21,8 @@ def drawn(device, shading, positions=TRIANGLE, triangles=((0, 1, 2),), normals=N
         len(positions),
         len(triangles),
     )
-    raster = Raster(device, surface, view.width, view.height, shading, view=view)
-    raster(surface, Frame(), Timeline())
+    raster = Raster(device, [surface], view.width, view.height, shading, view=view)
+    raster([surface], Frame(), Timeline())
     return raster.image().astype(int), raster.keys()[1]
 
 

@@ -36,8 +36,8 @@ def upload(device, positions, triangles, normals=None, **more):
 
 
 def drawn(device, surface, view, shading=None, **options):
-    raster = Raster(device, surface, view.width, view.height, shading, **options)
-    raster(surface, Frame(view), Timeline())
+    raster = Raster(device, [surface], view.width, view.height, shading, **options)
+    raster([surface], Frame(view), Timeline())
     return raster
 
 
@@ -294,14 +294,14 @@ def test_raster_neither_allocates_nor_keeps_anything_from_frame_to_frame(device)
     raster = drawn(device, surface, pixel_view(90, 90))
     first, used = raster.image(), device.used_bytes
     raster(
-        upload(device, np.add(positions, (40, 40, 0)), triangles),
+        [upload(device, np.add(positions, (40, 40, 0)), triangles)],
         Frame(pixel_view(90, 90)),
         Timeline(),
     )
     moved = raster.image()
     assert (moved != first).any()
     for _ in range(3):
-        raster(surface, Frame(pixel_view(90, 90)), Timeline())
+        raster([surface], Frame(pixel_view(90, 90)), Timeline())
     np.testing.assert_array_equal(raster.image(), first)
     assert device.used_bytes <= used
 
@@ -320,19 +320,89 @@ def test_raster_draws_surfaces_of_other_sizes_as_one_made_for_them(device, insta
 
     large, small = surface(1, 40), surface(2, 7)
     expected = {id(s): drawn(device, s, view).image() for s in (large, small)}
-    raster = Raster(device, large, 90, 90)
+    raster = Raster(device, [large], 90, 90)
     used = device.used_bytes
     for one in (small, large, small):
-        raster(one, Frame(view), Timeline())
+        raster([one], Frame(view), Timeline())
         np.testing.assert_array_equal(raster.image(), expected[id(one)])
     assert device.used_bytes == used
 
 
+def several(device, seeds, **options):
+    """Surfaces that overlap, and all of them as one."""
+    parts = [soup(seed, 60, 90, 90, 30) for seed in seeds]
+    first = np.cumsum([0, *(len(points) for points, _ in parts)])
+    whole = (
+        np.concatenate([points for points, _ in parts]),
+        np.concatenate([faces + at for (_, faces), at in zip(parts, first, strict=False)]),
+    )
+    return [upload(device, *part) for part in parts], upload(device, *whole, **options)
+
+
+@pytest.mark.parametrize("shading", [Shading(), Shading(by_triangle=True), Shading(wireframe=True)])
+@pytest.mark.parametrize("shared", [False, True])
+def test_raster_draws_several_surfaces_as_the_one_that_they_make(device, shading, shared):
+    surfaces, whole = several(device, (1, 2, 3))
+    view = pixel_view(90, 90)
+    raster = Raster(device, surfaces, 90, 90, shading, shared=shared)
+    expected = Raster(device, [whole], 90, 90, shading, shared=shared)
+    for one in (raster, expected):
+        one(surfaces if one is raster else [whole], Frame(view), Timeline())
+    np.testing.assert_array_equal(raster.keys()[1], expected.keys()[1])
+    np.testing.assert_array_equal(raster.keys()[0], expected.keys()[0])
+    np.testing.assert_array_equal(raster.image(), expected.image())
+
+
+def test_raster_takes_as_many_surfaces_as_each_frame_has(device):
+    surfaces, _ = several(device, (1, 2, 3))
+    frame = Frame(pixel_view(90, 90))
+
+    def fresh(count):
+        own = Raster(device, surfaces[:count], 90, 90)
+        own(surfaces[:count], frame, Timeline())
+        return own.image()
+
+    raster = Raster(device, surfaces[:1], 90, 90)
+    for count in (1, 3, 2, 1, 3):
+        raster(surfaces[:count], frame, Timeline())
+        np.testing.assert_array_equal(raster.image(), fresh(count))
+
+
+def test_raster_of_several_surfaces_mixes_instances_and_live_counts(device):
+    points, triangles = soup(5, 20, 90, 90, 30)
+    copies = np.concatenate([points + 9 * k for k in range(3)])
+    instanced = upload(
+        device, copies, triangles, instances=3, triangle_count=60, instance_vertices=len(points)
+    )
+    live = device.upload("counts", np.array([len(points), 7], np.uint32))
+    some = upload(device, points[:, [1, 0, 2]], triangles, counts=live)
+    pair = [instanced, some]
+    view = pixel_view(90, 90)
+    raster = Raster(device, pair, 90, 90, Shading(smooth=False))
+    raster(pair, Frame(view), Timeline())
+    faces = np.concatenate(
+        [*(triangles + k * len(points) for k in range(3)), triangles[:7] + 3 * len(points)]
+    )
+    every = upload(device, np.concatenate([copies, points[:, [1, 0, 2]]]), faces)
+    expected = drawn(device, every, view, Shading(smooth=False))
+    np.testing.assert_array_equal(raster.keys()[1], expected.keys()[1])
+    np.testing.assert_array_equal(raster.image(), expected.image())
+
+
+def test_raster_refuses_no_surface_and_values_for_several(device):
+    surfaces, _ = several(device, (1, 2))
+    with pytest.raises(ValueError, match="surfaces: expected at least one, got none"):
+        Raster(device, [], 90, 90)
+    values = Shading(values=np.zeros(60, np.float32), values_of="triangles")
+    with pytest.raises(ValueError, match="values: expected one surface to colour, got 2"):
+        Raster(device, surfaces, 90, 90, values)
+
+
 def test_raster_reports_its_stages(device):
     surface = upload(device, *soup(1, 10, 20, 20, 5))
-    raster = Raster(device, surface, 20, 20, view=pixel_view(20, 20))
+    raster = Raster(device, [surface], 20, 20, view=pixel_view(20, 20))
     timeline = Timeline()
-    raster(surface, Frame(), timeline)
+    raster([surface], Frame(), timeline)
     device.wait()
     assert list(timeline.collect().stage_s) == ["vertex_transform", "raster", "fragment"]
 
@@ -340,19 +410,19 @@ def test_raster_reports_its_stages(device):
 def test_raster_refuses_what_it_cannot_draw(device):
     surface = upload(device, *soup(1, 4, 20, 20, 5))
     with pytest.raises(ValueError, match="width: expected 1 to 16384, got 0"):
-        Raster(device, surface, 0, 10)
+        Raster(device, [surface], 0, 10)
     with pytest.raises(ValueError, match="height: expected 1 to 16384, got 20000"):
-        Raster(device, surface, 10, 20000)
-    raster = Raster(device, surface, 20, 20)
+        Raster(device, [surface], 10, 20000)
+    raster = Raster(device, [surface], 20, 20)
     with pytest.raises(ValueError, match="expected a view"):
-        raster(surface, Frame(), Timeline())
+        raster([surface], Frame(), Timeline())
     with pytest.raises(ValueError, match="expected 20 x 20 pixels, got 30 x 20"):
-        raster(surface, Frame(pixel_view(30, 20)), Timeline())
+        raster([surface], Frame(pixel_view(30, 20)), Timeline())
     with pytest.raises(ValueError, match="surface: expected one mesh with no normals, got inst"):
         other = upload(device, *soup(1, 4, 20, 20, 5), instances=2)
-        raster(other, Frame(pixel_view(20, 20)), Timeline())
+        raster([other], Frame(pixel_view(20, 20)), Timeline())
     with pytest.raises(ValueError, match="values: expected 12 of vertices, got 5"):
-        Raster(device, surface, 20, 20, Shading(values=np.zeros(5, np.float32)))
+        Raster(device, [surface], 20, 20, Shading(values=np.zeros(5, np.float32)))
     with pytest.raises(ValueError, match="count=True"):
         raster.coverage()
 

@@ -75,8 +75,8 @@ def pixels(device, mesh, view, shading):
     """Ours and the driver's: image, what is covered, depth."""
     size = (view.width, view.height)
     surface = upload_surface(device, mesh)
-    raster = Raster(device, surface, *size, shading)
-    raster(surface, Frame(view), Timeline())
+    raster = Raster(device, [surface], *size, shading)
+    raster([surface], Frame(view), Timeline())
     depth, ids = raster.keys()
     shader = prepare("gl_static_vbo", device, mesh, width=size[0], height=size[1])
     shader.enqueue(Frame(view), Timeline())
