@@ -94,12 +94,15 @@ def surfaces(takes):
 
 
 def draw(device, prepared, subject):
-    """The frame again, drawn, with private maps and with a shared one."""
+    """The frame again, drawn, with private maps and with a shared one, and as two surfaces."""
     view = fit_box((-1, -1, -1), (1, 1, 1), size=SIZE)
     for shared in (False, True):
         shading = Shading(wireframe=shared, by_triangle=shared)
         raster = Raster(device, prepared.output, *SIZE, shading, shared=shared, view=view)
         run(device, prepared, Frame(view), raster)
+    twice = [*prepared.output, *prepared.output]
+    Raster(device, twice, *SIZE, view=view)(twice, Frame(view), Timeline())
+    device.wait()
     counting = Raster(device, prepared.output, *SIZE, count=True, view=view)
     run(device, prepared, Frame(view), counting)
 

@@ -63,6 +63,17 @@ def test_kernel_file_header_names_source_work_and_real_arguments(path):
 
 
 @pytest.mark.parametrize("path", KERNEL_FILES, ids=short)
+def test_kernel_file_says_where_its_readable_form_stands(path):
+    named = re.findall(r"^// Plain {2,}(.+)$", path.read_text("utf-8"), re.M)
+    for file in named:
+        assert (ROOT / "kernels" / file).is_file(), file
+    if (path.parent / "reference.py").exists() and kernel_parameters(path.read_text("utf-8")):
+        assert named, (
+            "a system's kernels have a readable form: `// Plain     family/system/reference.py`"
+        )
+
+
+@pytest.mark.parametrize("path", KERNEL_FILES, ids=short)
 def test_kernel_names_start_with_system_and_stage(path):
     folder = path.parent.name
     for name in kernel_parameters(path.read_text()):

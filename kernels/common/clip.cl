@@ -5,6 +5,7 @@
 // Reads     nothing
 // Writes    nothing
 // Needs     common/screen.cl
+// Plain     stages/raster_reference.py
 
 #define CLIP_CORNERS 9 // a triangle and one more corner per plane, and one to spare
 

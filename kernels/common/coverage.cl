@@ -5,6 +5,7 @@
 // Reads     nothing
 // Writes    nothing
 // Needs     common/screen.cl
+// Plain     stages/raster_reference.py
 // Defines   COUNT, SHARED as in canvas.cl
 
 // one triangle ready to be walked; edge k is inside where f[k] + dx[k] * row - dy[k] * column >= 0, pixels from the corner

@@ -4,6 +4,7 @@
 // Work      functions only; eight vertices at once
 // Reads     nothing
 // Writes    nothing
+// Plain     cluster/grid.py
 
 typedef struct { float8 x, y, z; } grid_points8;
 

@@ -4,6 +4,7 @@
 // Work      functions only
 // Reads     nothing
 // Writes    nothing
+// Plain     cluster/quadric_clustering/reference.py
 
 typedef struct {
     float8 xx, xy, xz, yy, yz, zz; // A = sum of area/3 n n^T, cells^2

@@ -11,6 +11,7 @@
 //           flags      uint [16 + map_count * tile_count]     next block | large triangles found | from 16: tile is open
 //           large      int  [16 * large_capacity]   box in pixels, then three corners; id after the first
 // Needs     common/canvas.cl
+// Plain     stages/raster_reference.py
 // Defines   COUNT, SHARED as in canvas.cl
 
 // corner `c` of eight triangles

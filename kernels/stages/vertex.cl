@@ -7,6 +7,7 @@
 // Writes    screen     int  [4 * vertex_count, padded to 8 vertices]   x, y in 1/256 pixel | depth 0..1 and 1 / w as float bits
 //           flags      uint [flag_count]         cleared: nothing touched, nothing queued in this frame
 // Needs     common/screen.cl
+// Plain     stages/raster_reference.py
 
 // eight vertices at once: planes in, one 16-byte record per vertex out
 static inline void screen_store(const float8 px, const float8 py, const float8 pz, const float16 m, __global int *screen)

@@ -8,6 +8,7 @@
 // Writes    solved      float4[capacity]                  x y z in units of the largest cell edge, kind; kind 0: not used by any triangle
 //           chunk_sums  uint[chunk_count]                 used cells
 // Needs     common/chunk.cl common/quadric.cl cluster/quadric_clustering/share.cl
+// Plain     cluster/quadric_clustering/reference.py
 
 #define PLACE_ROBUST 0
 #define PLACE_PAPER 1

@@ -9,6 +9,7 @@
 //           pieces        uint[3 * triangle_count + 4 * map_count]  ranks of surviving triangles, one piece per map
 //           piece_counts  uint[map_count]              triangles in each piece
 // Needs     common/chunk.cl common/transpose.cl cluster/quadric_clustering/share.cl
+// Plain     cluster/quadric_clustering/reference.py
 
 #define AHEAD 24 // triangles between a prefetch and its use
 #define INLINE static inline __attribute__((always_inline)) // a call would pass the eight triangles through memory

@@ -8,6 +8,7 @@
 // Writes    survivors     uint[3 * triangle_count]   output triangles
 //           counts        uint[2]                    [1]: output triangles
 // Needs     common/chunk.cl cluster/quadric_clustering/share.cl
+// Plain     cluster/quadric_clustering/reference.py
 
 __kernel void quadric_clustering_geometry_emit_join(
     __global const uint *restrict pieces,

@@ -6,6 +6,7 @@
 //           triangles  uint[3 * triangle_count]
 // Writes    sums       long[14 * capacity]          per cell: xx xy xz yy yz zz x y z, corner sum x y z, corners, surviving corners
 // Needs     cluster/quadric_clustering/share.cl
+// Plain     cluster/quadric_clustering/reference.py
 
 #pragma OPENCL EXTENSION cl_khr_int64_base_atomics : enable
 

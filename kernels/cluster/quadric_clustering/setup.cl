@@ -6,6 +6,7 @@
 //           triangles  uint[3 * triangle_count]
 // Writes    exponents  uint[256 * chunk_count]       per chunk: triangles by the exponent of area / 3
 // Needs     common/chunk.cl
+// Plain     cluster/quadric_clustering/reference.py
 
 __kernel void quadric_clustering_setup_exponents(
     __global const float4 *restrict points,

@@ -4,6 +4,7 @@
 // Work      functions only
 // Reads     nothing
 // Writes    nothing
+// Plain     cluster/quadric_clustering/reference.py
 
 // floats of a cell in a private map
 #define LANES 16

@@ -9,6 +9,7 @@
 //           solved      float4[capacity]                  the mean, kind; kind 0: not used by any triangle
 //           chunk_sums  uint[chunk_count]                 used cells
 // Needs     common/chunk.cl
+// Plain     cluster/vertex_average/reference.py
 
 __kernel void vertex_average_mean_sum(
     __global const float4 *restrict points,

@@ -7,6 +7,7 @@
 //           bounds  float[4 * texel_count / 3]   packed, upper part, four planes: x, y, z, radius; hold the children's
 // Writes    states  uchar[texel_count]           0 too coarse: its children are looked at; 1 nothing to draw; 2 drawn
 // Needs     common/quadtree.cl
+// Plain     geometry_image/quadtree_lod/reference.py
 // Defines   RUN   1, or a power of two from 16 to 2^n
 
 // exactly one texel on each way from the root to a leaf is drawn: the first that is fine enough, or the leaf.

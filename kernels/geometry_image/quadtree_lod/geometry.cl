@@ -11,6 +11,7 @@
 //           triangles   uint [3 * 2 * 4^n]    output vertices, counter-clockwise from outside
 //           counts      uint [2]              the second: triangles
 // Needs     common/quadtree.cl
+// Plain     geometry_image/quadtree_lod/reference.py
 // Defines   RUN   1, or a power of two from 16 to 2^n
 
 #if RUN >= 16

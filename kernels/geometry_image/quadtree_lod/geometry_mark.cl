@@ -6,6 +6,7 @@
 // Writes    flags       uchar[side * side]   1: a drawn node's corner, or the centre of a fan; side = 2^n + 1, seam duplicates alike
 //           run_counts  uint [run_count]     flagged samples of the run that stand for themselves
 // Needs     common/quadtree.cl
+// Plain     geometry_image/quadtree_lod/reference.py
 // Defines   RUN   1, or a power of two from 16 to 2^n
 
 // gathered, so that nothing is cleared and no two items write to one place: a sample is a corner where a node that has

@@ -9,6 +9,7 @@
 //           bounds     float [4 * texel_count / 3]   packed, upper part, four planes: x, y, z, radius of a sphere that
 //                                                    holds the children's
 // Needs     common/quadtree.cl
+// Plain     geometry_image/quadtree_lod/reference.py
 
 static inline float3 sample(__global const float *restrict positions, const uint i, const uint j, const uint n)
 {

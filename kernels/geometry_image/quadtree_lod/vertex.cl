@@ -14,6 +14,7 @@
 //           normals         float[3 * capacity]
 //           counts          uint [2]                 the first: vertices
 // Needs     common/quadtree.cl
+// Plain     geometry_image/quadtree_lod/reference.py
 // Defines   RUN   1, or a power of two from 16 to 2^n
 
 // the leaf cell at (x, y), over the fold where that is outside the image

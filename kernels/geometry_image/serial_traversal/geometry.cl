@@ -12,6 +12,7 @@
 //           triangles       uint [3 * 2 * 4^n]
 //           counts          uint [2]                 vertices, triangles
 // Needs     common/quadtree.cl
+// Plain     geometry_image/serial_traversal/reference.py
 
 typedef struct {
     __global const float *image, *image_normals;

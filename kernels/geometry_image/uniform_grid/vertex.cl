@@ -6,6 +6,7 @@
 //           stored_normals    float[float_count]
 // Writes    positions         float[float_count]
 //           normals           float[float_count]
+// Plain     geometry_image/uniform_grid/reference.py
 // Defines   CHUNK   floats of one item, a multiple of 16
 
 __kernel void uniform_grid_vertex(

@@ -133,7 +133,7 @@ class Pattern(DeviceSubject):
             "pattern": level.weights,
             "positions": self._positions,
             "normals": self._normals,
-            "wave": self._wave(0.0),
+            "displacement": self._wave(0.0),
             "pattern_stride": level.weights.shape[1],
             "last_row": level.vertices - level.segments - 1,
             "pattern_vertices": level.vertices,
@@ -190,7 +190,7 @@ class Pattern(DeviceSubject):
         if self._params.amplitude:
             for batch in level.batches:
                 for launch in batch.launches:
-                    launch.set(wave=self._wave(frame.time))
+                    launch.set(displacement=self._wave(frame.time))
         return level.steps
 
     def _read(self) -> Iterator[tuple[Batch, Floats, Floats]]:

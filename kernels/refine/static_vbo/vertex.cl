@@ -7,6 +7,7 @@
 // Writes    positions         float[3 * vertices]
 //           normals           float[3 * vertices]
 // Needs     common/packed.cl
+// Plain     refine/static_vbo/reference.py
 // Defines   CHUNK (a multiple of eight), STREAMING (common/packed.cl)
 
 __kernel void static_vbo_vertex(
