@@ -2,12 +2,19 @@
 
 # first: importing it later would put the package where the function `refine` stands
 import lodbench.kernels.refine  # noqa: F401
-from lodbench.kernels.api import refine, refine_mesh, simplify, simplify_mesh
-from lodbench.kernels.opencl.device import Device, DeviceError, Unsupported
+from lodbench.kernels.api import (
+    refine,
+    refine_mesh,
+    simplify,
+    simplify_mesh,
+    tessellate,
+    tessellate_surface,
+)
+from lodbench.kernels.opencl import Device, DeviceError, Unsupported
 from lodbench.kernels.render import render
 from lodbench.kernels.result import Result
 
 __all__ = [
     "Device", "DeviceError", "Result", "Unsupported",
-    "simplify", "simplify_mesh", "refine", "refine_mesh", "render",
+    "simplify", "simplify_mesh", "refine", "refine_mesh", "tessellate", "tessellate_surface", "render",
 ]  # fmt: skip

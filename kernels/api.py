@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
+from lodbench.datasets_gen.surfaces import BezierPatches, GeometryImage, NurbsModel, TriangleMesh
 from lodbench.kernels import verbs
 from lodbench.kernels.inputs import as_mesh, taken, with_triangles
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import check
 from lodbench.kernels.result import Result
 from lodbench.kernels.targets import given_target
@@ -167,3 +167,42 @@ def refine(
     mesh, dtype = taken(points, faces)
     result = refine_mesh(device, mesh, segments=segments, method=method, weld=weld, **options)
     return result.mesh.points.astype(dtype, copy=False), result.mesh.triangles
+
+
+def tessellate_surface(
+    device: Device | str | None,
+    surface: BezierPatches | NurbsModel,
+    *,
+    method: str | None = None,
+    **options: Any,
+) -> Result:
+    """Triangles of a curved surface, with everything that is known about them.
+
+    Args:
+        device: an open device, a name for `Device.open`, or None for the default, which stays open.
+        surface: Bezier patches or a NURBS model.
+        method: a system's name, of those with the verb tessellate; None takes the preferred one.
+        **options: the method's own, those of its Params.
+
+    Raises:
+        TypeError, ValueError: an argument is wrong, or no system takes the surface.
+        Unsupported: the device cannot hold the result.
+    """
+    check("method", method, str | None)
+    chosen = verbs.method("tessellate", method, surface)
+    return chosen(open_device(device), surface, **options)
+
+
+def tessellate(
+    surface: BezierPatches | NurbsModel,
+    *,
+    method: str | None = None,
+    device: Device | str | None = None,
+    **options: Any,
+) -> tuple[Points, Faces]:
+    """Triangles of a curved surface: (points, faces), (n, 3) float32 and (m, 3) uint32.
+
+    The arguments and errors are those of `tessellate_surface`.
+    """
+    result = tessellate_surface(device, surface, method=method, **options)
+    return result.mesh.points, result.mesh.triangles

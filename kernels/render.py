@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.api import open_device
 from lodbench.kernels.inputs import as_mesh, with_triangles
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Range, check
 from lodbench.kernels.stages.camera import TABLE_SIZE, fit_points, moved
 from lodbench.kernels.stages.raster import Raster, Side

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Timeline
 
 
 @dataclass(frozen=True, eq=False)

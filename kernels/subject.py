@@ -11,9 +11,7 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.memory import Buffer
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Buffer, Device, Timeline
 from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Stored, Traffic
 
 Role = Literal["input", "pattern", "output", "scratch"]

@@ -9,9 +9,8 @@ from typing import Any
 from threadpoolctl import ThreadpoolController
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.timeline import Timeline
-from lodbench.kernels.system import Check, Footprint, Frame, Traffic
+from lodbench.kernels.opencl import Device, Timeline
+from lodbench.kernels.system import Check, Footprint, Frame, System, Traffic
 
 STAGE = "call"
 
@@ -108,3 +107,15 @@ class HostPrepared:
     def traffic(self) -> Mapping[str, Traffic]:
         """Nothing: what a host subject moves is not known."""
         return {}
+
+
+def host_system(
+    name: str,
+    source: str,
+    prepare: Callable[[Device, Any, Any], Any],
+    cases: Mapping[str, Any],
+    takes: tuple[type, ...] = (TriangleMesh,),
+    notes: str = "",
+) -> System[Any]:
+    """A baseline that runs on the host, by what `prepare` gives: see `System` for the arguments."""
+    return System(name, "baselines", source, takes, prepare, cases, runs_on="host", notes=notes)

@@ -14,8 +14,7 @@ from lodbench.harness.baselines.host import HostPrepared
 from lodbench.kernels.cluster.grid import MAX_CELLS, Cells
 from lodbench.kernels.cluster.search import Count, find_cells
 from lodbench.kernels.cluster.target import GridTarget
-from lodbench.kernels.opencl.device import Device, Unsupported
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline, Unsupported
 from lodbench.kernels.system import Check
 from lodbench.kernels.targets import Target, missed
 

@@ -13,8 +13,7 @@ from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import found_grid, meshes, peer, unchanged
 from lodbench.kernels.cluster.grid import Cells
 from lodbench.kernels.cluster.target import GridTarget
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.system import Check
 
 INSTALL = "pip install vtk"

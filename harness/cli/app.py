@@ -107,7 +107,7 @@ def _text(error: Exception) -> str:
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror}"
     text = str(error) or type(error).__name__
-    from lodbench.kernels.opencl.device import DeviceError, Unsupported
+    from lodbench.kernels.opencl import DeviceError, Unsupported
 
     known = ValueError, TypeError, OSError, ImportError, DeviceError, Unsupported
     if not isinstance(error, known):

@@ -60,7 +60,7 @@ def measure(
     from lodbench.harness.record.folder import open_folder
     from lodbench.harness.record.record import read_run
     from lodbench.harness.record.samples import pack
-    from lodbench.kernels.opencl.device import Device
+    from lodbench.kernels.opencl import Device
 
     work = [(table.id, group) for table in tables for group in table.groups(quick)]
     if keep:

@@ -26,8 +26,7 @@ def kernel() -> dict[str, Any]:
     """Build a kernel that no cache can hold yet, run it, and compare what it gives with numpy."""
     import numpy as np
 
-    from lodbench.kernels.opencl.device import Device
-    from lodbench.kernels.opencl.timeline import Timeline
+    from lodbench.kernels.opencl import Device, Timeline
 
     device = Device.open()
     values = np.arange(1000, dtype=np.float32)

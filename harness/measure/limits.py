@@ -10,10 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.launch import Launch
-from lodbench.kernels.opencl.memory import Buffer
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Buffer, Device, Launch, Timeline
 from lodbench.kernels.stages.compact import Compact
 from lodbench.kernels.stages.scan import ExclusiveScan, chunk_local
 from lodbench.kernels.system import Traffic

@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl.device import Unsupported
+from lodbench.kernels.opencl import Unsupported
 
 POINTS_LIMIT = 1_000_000  # vertices or centroids looked up per mesh: a few seconds
 EPSILON32 = float(np.finfo(np.float32).eps)

@@ -25,7 +25,7 @@ from lodbench.harness.measure.timing import OtherLoad, interleave, take
 from lodbench.harness.measure.trial import Trial
 from lodbench.harness.plan.group import Group
 from lodbench.harness.record.record import Writer, attempts, config_hash, plain
-from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.paths import CameraPath
 from lodbench.kernels.system import Frame, Remembering, View

@@ -16,7 +16,7 @@ import psutil
 
 from lodbench.harness.measure.budget import Budget
 from lodbench.harness.record.environment import load_average
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Timeline
 
 WARMUPS = 3  # turns before the first counted sample, for subjects under SLOW_S
 SAMPLES = 10  # the least number of counted samples of such a subject

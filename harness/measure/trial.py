@@ -14,7 +14,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.measure.timing import VERY_SLOW_S, PeakMemory, take
 from lodbench.harness.plan import registry
 from lodbench.harness.plan.group import Context, Subject
-from lodbench.kernels.opencl.device import Device, DeviceError, Unsupported
+from lodbench.kernels.opencl import Device, DeviceError, Unsupported
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.raster import Raster
 from lodbench.kernels.system import NOTHING_TO_DRAW, Frame, Prepared, System, Timeline, run

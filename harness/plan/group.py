@@ -9,7 +9,7 @@ from typing import Any
 from lodbench.datasets_gen import catalogue
 from lodbench.harness.plan import registry
 from lodbench.harness.record.record import plain
-from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.stages.camera import TABLE_SIZE
 from lodbench.kernels.stages.paths import CameraPath
 

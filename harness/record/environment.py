@@ -14,7 +14,7 @@ from typing import Any
 import psutil
 
 from lodbench.harness.record.record import plain
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 
 VARIABLES = ("POCL_", "PYOPENCL_", "LODBENCH_", "OCL_ICD_", "OMP_NUM_THREADS")
 PACKAGES = (

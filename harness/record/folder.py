@@ -12,7 +12,7 @@ from lodbench.harness.record.environment import commit, environment, now
 from lodbench.harness.record.foreign import refuse_links
 from lodbench.harness.record.record import RUN, SCHEMA, read_environment, write_json
 from lodbench.harness.record.samples import check_free
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 
 RESULTS = Path("results")
 

@@ -54,7 +54,7 @@ def draw_pictures(folder: Path, device_name: str | None) -> str:
     They need a device that can hold an image, and the package that writes PNG files.
     """
     from lodbench.harness.report import pictures
-    from lodbench.kernels.opencl.device import Device, Unsupported
+    from lodbench.kernels.opencl import Device, Unsupported
 
     try:
         pictures.write_pictures(folder, Device.open(device_name))

@@ -14,7 +14,7 @@ from lodbench.kernels.geometry_image.parameterisation import as_pictures
 from lodbench.kernels.geometry_image.quadtree_lod import Params
 from lodbench.kernels.geometry_image.quadtree_lod.host import QuadtreeLod, prepare
 from lodbench.kernels.geometry_image.quadtree_lod.reference import DRAWN
-from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.render import render
 from lodbench.kernels.system import Frame, View, run
 

@@ -17,7 +17,7 @@ from lodbench.harness.report.distances import DRAWN_FROM, distance_pictures
 from lodbench.harness.report.statistics import summary
 from lodbench.kernels import simplify_mesh
 from lodbench.kernels.image import write_png
-from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.render import mesh_view, render
 from lodbench.kernels.stages.camera import TABLE_SIZE
 from lodbench.kernels.system import Frame, View, run

@@ -13,10 +13,7 @@ from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.search import Found
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.upload import Upload
-from lodbench.kernels.opencl.device import Device, DeviceError
-from lodbench.kernels.opencl.launch import Launch, Program
-from lodbench.kernels.opencl.memory import Buffer
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Buffer, Device, DeviceError, Launch, Program, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.subject import POINT, WORD, DeviceSubject
 from lodbench.kernels.system import DeviceSurface

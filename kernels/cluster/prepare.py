@@ -13,7 +13,7 @@ from lodbench.kernels.cluster.survivors import DeviceSurvivors
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.unchanged import Unchanged, without_duplicates
 from lodbench.kernels.cluster.upload import Upload
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 from lodbench.kernels.result import Result
 from lodbench.kernels.system import run
 from lodbench.kernels.targets import missed

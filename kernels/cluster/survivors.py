@@ -10,10 +10,7 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.launch import Program
-from lodbench.kernels.opencl.memory import Buffer
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Buffer, Device, Program, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 
 FILE = "cluster/search.cl"

@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.memory import Buffer
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Buffer, Device, Timeline
 from lodbench.kernels.subject import DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface
 

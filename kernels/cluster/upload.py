@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 
 # built as one program with a system's own: a build reads the driver's headers and the prelude anew, most of its time

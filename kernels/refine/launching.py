@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 
 VERTEX_BYTES = 24  # a point and a normal, packed
 LINE = 8  # vertices in a whole vector

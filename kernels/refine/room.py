@@ -5,7 +5,7 @@ from __future__ import annotations
 import psutil
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.refine.lattice import lattice_vertex_count, vertex_total
 from lodbench.kernels.refine.launching import VERTEX_BYTES
 

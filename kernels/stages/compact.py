@@ -6,9 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.memory import Buffer
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Buffer, Device, Timeline
 from lodbench.kernels.stages.scan import check_row, chunk_count, chunk_local, live_rows
 
 

@@ -8,10 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.launch import Launch, Program
-from lodbench.kernels.opencl.memory import Buffer
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Buffer, Device, Launch, Program, Timeline
 from lodbench.kernels.stages.shading import Shading
 from lodbench.kernels.system import DeviceSurface
 

@@ -8,8 +8,7 @@ from typing import Annotated, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.kernels.opencl.device import Device, Unsupported
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline, Unsupported
 from lodbench.kernels.parameters import Range, check
 from lodbench.kernels.stages.camera import to_screen
 from lodbench.kernels.stages.drawing import COUNTERS, RASTER, Drawing

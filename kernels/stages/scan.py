@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.memory import Buffer
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Buffer, Device, Timeline
 
 CHUNK_ROWS = 4096  # a shorter chunk costs more to start than to walk
 GPU_CHUNK_ROWS = 64

@@ -7,7 +7,7 @@ from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness.cli import complete
 from lodbench.harness.cli.app import main
 from lodbench.harness.plan.registry import systems
-from lodbench.kernels import verbs
+from lodbench.kernels import tessellate, verbs
 from lodbench.kernels.parameters import described
 
 DECLARED = [(name, verb) for name, system in systems().items() for verb in system.verbs]
@@ -50,6 +50,8 @@ def test_what_no_system_does_is_said_in_one_line():
         TypeError, match="tessellate: expected a surface that some system takes, got"
     ):
         verbs.method("tessellate", None, cup())
+    with pytest.raises(TypeError, match="tessellate: expected a surface that some system takes"):
+        tessellate(cup())
 
 
 @pytest.mark.parametrize("name", [name for name, system in systems().items() if system.cases])

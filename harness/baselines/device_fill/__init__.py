@@ -13,7 +13,7 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.measure.limits import VECTOR, sweep
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.refine.lattice import Segments
 from lodbench.kernels.subject import DeviceSubject

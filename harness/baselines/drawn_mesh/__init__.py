@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Parameters
 from lodbench.kernels.render import mesh_view, upload_surface
 from lodbench.kernels.stages.camera import TABLE_SIZE

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.kernels.opencl.device import Unsupported
+from lodbench.kernels.opencl import Unsupported
 from lodbench.kernels.stages.shading import Shading, lights
 from lodbench.kernels.system import View
 

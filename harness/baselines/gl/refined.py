@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.harness.baselines.gl.driver import Canvas, assign, context, view_uniforms
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Timeline
 from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.refine.lattice import (
     lattice_triangles,

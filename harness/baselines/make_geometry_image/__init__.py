@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.baselines.host import HostPrepared
+from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.kernels.geometry_image.parameterisation import (
     Level,
     Made,
@@ -25,10 +25,9 @@ from lodbench.kernels.geometry_image.parameterisation import (
     full_mesh,
     make,
 )
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Parameters
-from lodbench.kernels.system import Check, System
+from lodbench.kernels.system import Check
 
 LEAST_SHARE = 0.01  # of the surface: the quantile of relative area that is reported
 
@@ -119,12 +118,9 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     )
 
 
-SYSTEM = System(
-    name="make_geometry_image",
-    family="baselines",
-    source="Wang, Liu, Feng & Li, section 2; Praun & Hoppe 2003; Kazhdan, Solomon & Ben-Chen 2012",
-    takes=(TriangleMesh,),
-    prepare=prepare,
-    cases={"coarse_to_fine": Params(n=5), "cmcf": Params(n=5, mode="cmcf")},
-    runs_on="host",
+SYSTEM = host_system(
+    "make_geometry_image",
+    "Wang, Liu, Feng & Li, section 2; Praun & Hoppe 2003; Kazhdan, Solomon & Ben-Chen 2012",
+    prepare,
+    {"coarse_to_fine": Params(n=5), "cmcf": Params(n=5, mode="cmcf")},
 )

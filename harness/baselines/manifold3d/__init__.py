@@ -14,12 +14,10 @@ from typing import Annotated, Any
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.baselines.host import HostPrepared
+from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.harness.baselines.simplifier import asked, at_most, meshes, peer
-from lodbench.kernels.opencl.device import Device, Unsupported
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline, Unsupported
 from lodbench.kernels.parameters import Range
-from lodbench.kernels.system import System
 from lodbench.kernels.targets import Target
 
 TRIALS = 14  # halvings of the tolerance's logarithm over six decades: to a thousandth of it
@@ -79,12 +77,9 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     )
 
 
-SYSTEM = System(
-    name="manifold3d",
-    family="baselines",
-    source="PyPI manifold3d, Manifold.simplify",
-    takes=(TriangleMesh,),
-    prepare=prepare,
-    cases={"default": Params()},
-    runs_on="host",
+SYSTEM = host_system(
+    "manifold3d",
+    "PyPI manifold3d, Manifold.simplify",
+    prepare,
+    {"default": Params()},
 )

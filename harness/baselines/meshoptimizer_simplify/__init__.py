@@ -12,11 +12,10 @@ from typing import Annotated
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.baselines.host import HostPrepared
+from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.harness.baselines.simplifier import asked, at_most, peer, used_only
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import Range
-from lodbench.kernels.system import System
 from lodbench.kernels.targets import Target
 
 INSTALL = "pip install --pre meshoptimizer"
@@ -63,12 +62,9 @@ def prepare(
     )
 
 
-SYSTEM = System(
-    name="meshoptimizer_simplify",
-    family="baselines",
-    source="PyPI meshoptimizer, meshopt_simplify; Garland & Heckbert 1997",
-    takes=(TriangleMesh,),
-    prepare=prepare,
-    cases={"default": Params()},
-    runs_on="host",
+SYSTEM = host_system(
+    "meshoptimizer_simplify",
+    "PyPI meshoptimizer, meshopt_simplify; Garland & Heckbert 1997",
+    prepare,
+    {"default": Params()},
 )

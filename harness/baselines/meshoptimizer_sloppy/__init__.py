@@ -10,15 +10,12 @@ from functools import partial
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines import meshoptimizer_simplify
+from lodbench.harness.baselines.host import host_system
 from lodbench.harness.baselines.meshoptimizer_simplify import Params
-from lodbench.kernels.system import System
 
-SYSTEM = System(
-    name="meshoptimizer_sloppy",
-    family="baselines",
-    source="PyPI meshoptimizer, meshopt_simplifySloppy; Rossignac & Borrel 1993",
-    takes=(TriangleMesh,),
-    prepare=partial(meshoptimizer_simplify.prepare, function="simplify_sloppy"),
-    cases={"default": Params()},
-    runs_on="host",
+SYSTEM = host_system(
+    "meshoptimizer_sloppy",
+    "PyPI meshoptimizer, meshopt_simplifySloppy; Rossignac & Borrel 1993",
+    partial(meshoptimizer_simplify.prepare, function="simplify_sloppy"),
+    {"default": Params()},
 )

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
-from lodbench.harness.baselines.host import HostPrepared
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.harness.baselines.host import HostPrepared, host_system
+from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Parameters
 from lodbench.kernels.refine.lattice import (
     Segments,
@@ -27,7 +26,7 @@ from lodbench.kernels.refine.lattice import (
 from lodbench.kernels.refine.pattern.attributes import canonical
 from lodbench.kernels.refine.pattern.host import TOLERANCE
 from lodbench.kernels.refine.pattern.reference import largest_error
-from lodbench.kernels.system import Check, Frame, System
+from lodbench.kernels.system import Check, Frame
 
 BLOCK = (
     1 << 15
@@ -104,12 +103,9 @@ def _planes(corners: Floats) -> Floats:
     return np.ascontiguousarray(corners.transpose(0, 2, 1)).reshape(-1, 3)
 
 
-SYSTEM = System(
-    name="numpy_pattern",
-    family="baselines",
-    source="the method of Boubekeur & Schlick 2005, section 3.2, on NumPy",
-    takes=(TriangleMesh,),
-    prepare=prepare,
-    cases={"flat_16": Params(16), "flat_64": Params(64), "flat_128": Params(128)},
-    runs_on="host",
+SYSTEM = host_system(
+    "numpy_pattern",
+    "the method of Boubekeur & Schlick 2005, section 3.2, on NumPy",
+    prepare,
+    {"flat_16": Params(16), "flat_64": Params(64), "flat_128": Params(128)},
 )

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.baselines.host import HostPrepared
+from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.harness.baselines.simplifier import found_grid, unchanged
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering import Params as KernelParams
@@ -25,9 +25,7 @@ from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.survivors import host_survivors
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.unchanged import without_duplicates
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.timeline import Timeline
-from lodbench.kernels.system import System
+from lodbench.kernels.opencl import Device, Timeline
 
 _BLOCK = 1 << 14
 
@@ -183,18 +181,15 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     )
 
 
-SYSTEM = System(
-    name="numpy_quadric_clustering",
-    family="baselines",
-    source="DeCoro & Tatarchuk 2007, slides 10-17",
-    takes=(TriangleMesh,),
-    prepare=prepare,
-    cases={
+SYSTEM = host_system(
+    "numpy_quadric_clustering",
+    "DeCoro & Tatarchuk 2007, slides 10-17",
+    prepare,
+    {
         "cells_64": Params(64),
         "cells_30": Params(30),
         "cells_124": Params(124),
         "average_64": Params(64, placement="average"),
         "paper_64": Params(64, placement="paper"),
     },
-    runs_on="host",
 )

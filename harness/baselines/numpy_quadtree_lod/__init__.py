@@ -16,7 +16,7 @@ from typing import Annotated
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
-from lodbench.harness.baselines.host import HostPrepared
+from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.harness.baselines.numpy_quadtree_lod.walk import Walk
 from lodbench.kernels.geometry_image.parameterisation import Level, Seed, Turn, topology
 from lodbench.kernels.geometry_image.quadtree_lod import Params as KernelParams
@@ -30,10 +30,9 @@ from lodbench.kernels.geometry_image.quadtree_lod.reference import (
 )
 from lodbench.kernels.geometry_image.quadtree_lod.tree import unit_scale
 from lodbench.kernels.geometry_image.quadtree_lod.view import LodCriterion, at_most_float32
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Parameters, Range
-from lodbench.kernels.system import Check, System
+from lodbench.kernels.system import Check
 
 
 @dataclass(frozen=True)
@@ -114,12 +113,10 @@ def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) 
     )
 
 
-SYSTEM = System(
-    name="numpy_quadtree_lod",
-    family="baselines",
-    source="Wang, Liu, Feng & Li, section 3.2",
+SYSTEM = host_system(
+    "numpy_quadtree_lod",
+    "Wang, Liu, Feng & Li, section 3.2",
+    prepare,
+    {"thousandth": Params(n=6), "full": Params(n=6, threshold=0.0)},
     takes=(TriangleMesh, GeometryImage),
-    prepare=prepare,
-    cases={"thousandth": Params(n=6), "full": Params(n=6, threshold=0.0)},
-    runs_on="host",
 )

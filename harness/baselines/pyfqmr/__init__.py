@@ -11,12 +11,10 @@ from typing import Annotated
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.baselines.host import HostPrepared
+from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.harness.baselines.simplifier import asked, at_most, meshes, peer
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Range
-from lodbench.kernels.system import System
 from lodbench.kernels.targets import Target
 
 
@@ -64,12 +62,9 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     )
 
 
-SYSTEM = System(
-    name="pyfqmr",
-    family="baselines",
-    source="PyPI pyfqmr; Garland & Heckbert 1997",
-    takes=(TriangleMesh,),
-    prepare=prepare,
-    cases={"default": Params()},
-    runs_on="host",
+SYSTEM = host_system(
+    "pyfqmr",
+    "PyPI pyfqmr; Garland & Heckbert 1997",
+    prepare,
+    {"default": Params()},
 )

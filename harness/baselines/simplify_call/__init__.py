@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.baselines.host import HostPrepared
+from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.kernels.api import simplify_mesh
 from lodbench.kernels.cluster.quadric_clustering import SYSTEM as QUADRIC_CLUSTERING
 from lodbench.kernels.cluster.quadric_clustering import Params as Clustering
 from lodbench.kernels.cluster.target import GridTarget
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.system import Check, System, Timeline, run
+from lodbench.kernels.opencl import Device
+from lodbench.kernels.system import Check, Timeline, run
 
 TARGET_COUNTERS = ("target", "target_gap", "counting_passes", "cells_along_longest")
 
@@ -58,13 +58,10 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     )
 
 
-SYSTEM = System(
-    name="simplify_call",
-    family="baselines",
-    source="lodbench.kernels.simplify_mesh",
-    takes=(TriangleMesh,),
-    prepare=prepare,
-    cases={"cells_64": Params(64), "cells_30": Params(30)},
-    runs_on="host",
+SYSTEM = host_system(
+    "simplify_call",
+    "lodbench.kernels.simplify_mesh",
+    prepare,
+    {"cells_64": Params(64), "cells_30": Params(30)},
     notes="wall time of the whole call, transfers included",
 )

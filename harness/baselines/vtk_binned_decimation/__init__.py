@@ -13,12 +13,11 @@ from typing import Literal
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines import vtk_mesh
-from lodbench.harness.baselines.host import HostPrepared
+from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.harness.baselines.simplifier import peer
 from lodbench.harness.baselines.vtk_mesh import IndexBits
 from lodbench.kernels.cluster.target import GridTarget
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.system import System
+from lodbench.kernels.opencl import Device
 
 POINTS = {"bin_points": 2, "bin_centers": 3, "bin_averages": 4}
 
@@ -49,17 +48,14 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     return vtk_mesh.prepare(device, mesh, params, bins, params.index_bits)
 
 
-SYSTEM = System(
-    name="vtk_binned_decimation",
-    family="baselines",
-    source="PyPI vtk, vtkBinnedDecimation; Rossignac & Borrel 1993",
-    takes=(TriangleMesh,),
-    prepare=prepare,
-    cases={
+SYSTEM = host_system(
+    "vtk_binned_decimation",
+    "PyPI vtk, vtkBinnedDecimation; Rossignac & Borrel 1993",
+    prepare,
+    {
         "bin_points": Params(),
         "bin_averages": Params(points="bin_averages"),
         "bin_points_int64": Params(index_bits=64),
         "bin_averages_int64": Params(points="bin_averages", index_bits=64),
     },
-    runs_on="host",
 )

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines import vtk_mesh
-from lodbench.harness.baselines.host import HostPrepared
+from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.harness.baselines.simplifier import peer
 from lodbench.harness.baselines.vtk_mesh import IndexBits
 from lodbench.kernels.cluster.target import GridTarget
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.system import System
+from lodbench.kernels.opencl import Device
 
 
 @dataclass(frozen=True)
@@ -34,12 +33,9 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     return vtk_mesh.prepare(device, mesh, params, quadrics, params.index_bits)
 
 
-SYSTEM = System(
-    name="vtk_quadric_clustering",
-    family="baselines",
-    source="PyPI vtk, vtkQuadricClustering; Lindstrom 2000",
-    takes=(TriangleMesh,),
-    prepare=prepare,
-    cases={"default": Params()},
-    runs_on="host",
+SYSTEM = host_system(
+    "vtk_quadric_clustering",
+    "PyPI vtk, vtkQuadricClustering; Lindstrom 2000",
+    prepare,
+    {"default": Params()},
 )

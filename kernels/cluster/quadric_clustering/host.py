@@ -16,8 +16,7 @@ from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.search import Found
 from lodbench.kernels.cluster.unchanged import Unchanged
 from lodbench.kernels.cluster.upload import Upload
-from lodbench.kernels.opencl.device import Device, Unsupported
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline, Unsupported
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.subject import POINT
 from lodbench.kernels.system import Check

@@ -12,7 +12,7 @@ from lodbench.kernels.cluster.unchanged import Unchanged
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.cluster.vertex_average.params import Params
 from lodbench.kernels.cluster.vertex_average.reference import simplify
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 from lodbench.kernels.system import Check
 
 FILES = ("cluster/vertex_average/mean.cl",)

@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl.device import Unsupported
+from lodbench.kernels.opencl import Unsupported
 
 Points = NDArray[np.float64]
 Faces = NDArray[np.int64]

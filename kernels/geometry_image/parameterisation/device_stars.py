@@ -6,9 +6,7 @@ import numpy as np
 
 from lodbench.kernels.geometry_image.parameterisation import stars
 from lodbench.kernels.geometry_image.parameterisation.hierarchy import Points
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.memory import Buffer
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Buffer, Device, Timeline
 
 LOCAL_SIZE = (
     16  # vertices per group: coarse levels have few per colour, and every core should get some

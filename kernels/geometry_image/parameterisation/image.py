@@ -23,7 +23,7 @@ from lodbench.kernels.geometry_image.parameterisation.spherical import (
     SphericalMap,
     spherical_map,
 )
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import check
 
 

@@ -20,7 +20,7 @@ from lodbench.kernels.geometry_image.parameterisation.checks import require_sphe
 from lodbench.kernels.geometry_image.parameterisation.device_stars import DeviceSweep
 from lodbench.kernels.geometry_image.parameterisation.hierarchy import Faces, Points
 from lodbench.kernels.geometry_image.parameterisation.params import MODES, Mode
-from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.parameters import check
 
 METHOD = 1  # part of the cache's key: another number for another way of computing

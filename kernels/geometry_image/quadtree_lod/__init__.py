@@ -22,7 +22,7 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.kernels.geometry_image.quadtree_lod.host import QuadtreeLod, prepare
 from lodbench.kernels.geometry_image.quadtree_lod.params import Params
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 from lodbench.kernels.result import Result
 from lodbench.kernels.system import System, run
 from lodbench.kernels.targets import Target, missed

@@ -15,10 +15,7 @@ from lodbench.kernels.geometry_image.quadtree_lod.params import Params
 from lodbench.kernels.geometry_image.quadtree_lod.tree import FOLDER, Tree
 from lodbench.kernels.geometry_image.quadtree_lod.verdict import verdict
 from lodbench.kernels.geometry_image.quadtree_lod.view import LodCriterion, criterion_of
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.launch import Launch
-from lodbench.kernels.opencl.memory import Buffer
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Buffer, Device, Launch, Timeline
 from lodbench.kernels.stages.scan import ExclusiveScan
 from lodbench.kernels.subject import POINT, DeviceSubject, Step
 from lodbench.kernels.system import Check, DeviceSurface, Frame, Stored

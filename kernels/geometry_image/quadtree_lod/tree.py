@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import GeometryImage
 from lodbench.kernels.geometry_image.quadtree_lod import reference
 from lodbench.kernels.geometry_image.quadtree_lod.fit import pyramid, sample_areas
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline
 
 FOLDER = "geometry_image/quadtree_lod"
 

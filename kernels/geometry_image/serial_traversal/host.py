@@ -10,8 +10,7 @@ from lodbench.kernels.geometry_image.quadtree_lod import reference
 from lodbench.kernels.geometry_image.quadtree_lod.host import QuadtreeLod, image_of
 from lodbench.kernels.geometry_image.quadtree_lod.view import LodCriterion
 from lodbench.kernels.geometry_image.serial_traversal.reference import differing
-from lodbench.kernels.opencl.device import Device, Unsupported
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline, Unsupported
 from lodbench.kernels.subject import POINT, WORD
 from lodbench.kernels.system import Check
 

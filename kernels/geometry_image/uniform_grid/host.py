@@ -12,8 +12,7 @@ from lodbench.kernels.geometry_image.parameterisation import topology
 from lodbench.kernels.geometry_image.quadtree_lod.host import image_of
 from lodbench.kernels.geometry_image.uniform_grid.params import Params
 from lodbench.kernels.geometry_image.uniform_grid.reference import grid
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.subject import POINT, DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface
 

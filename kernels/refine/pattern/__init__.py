@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import check
-from lodbench.kernels.refine.pattern.host import Pattern, prepare
+from lodbench.kernels.refine.pattern.host import Pattern
 from lodbench.kernels.refine.pattern.params import Params
 from lodbench.kernels.refine.room import check_room
 from lodbench.kernels.result import Result
@@ -42,7 +42,7 @@ def refine(
     params = Params.named(segments=segments, **options)
     check("weld", weld, bool), check("time", time, float)
     check_room(device, mesh, params.segments, weld)
-    prepared = prepare(device, mesh, params)
+    prepared = Pattern(device, mesh, params)
     frame = run(device, prepared, Frame(time=time))
     vertex_map = None
     if weld:
@@ -61,7 +61,7 @@ SYSTEM = System(
     family="refine",
     source="Boubekeur & Schlick 2005, sections 3.2, 3.3, 4 and 5",
     takes=(TriangleMesh,),
-    prepare=prepare,
+    prepare=Pattern,
     cases={
         "flat_16": Params(16),
         "flat_64": Params(64),

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
-from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.opencl.memory import Buffer
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Buffer, Device, Timeline
 from lodbench.kernels.refine.lattice import (
     lattice_triangles,
     lattice_vertex_count,
@@ -28,7 +26,7 @@ from lodbench.kernels.subject import DeviceSubject, Step
 from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Stored
 
 if TYPE_CHECKING:
-    from lodbench.kernels.opencl.launch import Launch, Program
+    from lodbench.kernels.opencl import Launch, Program
 
 TOLERANCE = 2e-6  # a dozen float32 roundings, relative to the largest operand
 CHECKED = 64  # coarse triangles that a check looks at
@@ -39,17 +37,12 @@ def _joined(parts: Sequence[Floats]) -> Floats:
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
-def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Pattern:
-    """The pattern, or all of its levels, over `mesh`; its own normals, or area-weighted ones.
+class Pattern(DeviceSubject):
+    """The pattern, or all of its levels, over a mesh with its own normals, or area-weighted ones.
 
     Raises:
         Unsupported: not even one refined triangle fits the device's memory.
     """
-    return Pattern(device, mesh, params)
-
-
-class Pattern(DeviceSubject):
-    """A mesh under generic refinement: see `lodbench.kernels.refine.pattern`."""
 
     def __init__(self, device: Device, mesh: TriangleMesh, params: Params) -> None:
         super().__init__(device)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from lodbench.kernels.opencl.launch import Launch
-from lodbench.kernels.opencl.memory import Buffer
+from lodbench.kernels.opencl import Buffer, Launch
 from lodbench.kernels.refine.lattice import lattice_vertex_count
 from lodbench.kernels.subject import Step
 from lodbench.kernels.system import DeviceSurface

@@ -9,7 +9,7 @@ Source: Boubekeur & Schlick, Generic Mesh Refinement on GPU, Graphics Hardware 2
 from __future__ import annotations
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.refine.static_vbo.host import prepare
+from lodbench.kernels.refine.static_vbo.host import StaticVbo
 from lodbench.kernels.refine.static_vbo.params import Params
 from lodbench.kernels.system import System
 
@@ -20,7 +20,7 @@ SYSTEM = System(
     family="refine",
     source="Boubekeur & Schlick 2005, section 5, figure 7",
     takes=(TriangleMesh,),
-    prepare=prepare,
+    prepare=StaticVbo,
     cases={
         "flat_16": Params(16),
         "flat_64": Params(64),

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.refine import pattern
 from lodbench.kernels.refine.launching import VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.pattern.host import Pattern
@@ -15,19 +15,11 @@ from lodbench.kernels.subject import Step
 from lodbench.kernels.system import Frame, Stored
 
 
-def prepare(device: Device, mesh: TriangleMesh, params: Params) -> StaticVbo:
-    """The refined surface made and stored, and the launch that draws it.
+class StaticVbo(Pattern):
+    """A refined mesh that stays in memory: its set-up is a whole `Pattern`, whose output becomes the store.
 
     Raises:
         Unsupported: the stored surface and the output do not both fit the device's memory.
-    """
-    return StaticVbo(device, mesh, params)
-
-
-class StaticVbo(Pattern):
-    """A refined mesh that stays in memory: see `lodbench.kernels.refine.static_vbo`.
-
-    Its set-up is a whole `Pattern`, whose output becomes the store; the frame is another.
     """
 
     def __init__(self, device: Device, mesh: TriangleMesh, params: Params) -> None:

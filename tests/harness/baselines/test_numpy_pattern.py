@@ -13,7 +13,7 @@ from tests.tolerances import ROUNDING32
 @pytest.mark.parametrize("make", [lambda: icosphere(1), lambda: plane(2), lambda: plane(3, 1)])
 def test_numpy_pattern_agrees_with_reference_and_kernel(device, make, segments):
     host = SYSTEM.prepare(device, make(), Params(segments))
-    kernel = pattern.prepare(device, make(), pattern.Params(segments))
+    kernel = pattern.Pattern(device, make(), pattern.Params(segments))
     for prepared in (host, kernel):
         run(device, prepared)
     check = host.check()

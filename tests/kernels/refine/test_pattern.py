@@ -9,7 +9,7 @@ from lodbench.kernels.opencl.device import Device, Unsupported
 from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.refine.lattice import lattice_vertex_count
 from lodbench.kernels.refine.pattern import Params, refine
-from lodbench.kernels.refine.pattern.host import prepare
+from lodbench.kernels.refine.pattern.host import Pattern
 from lodbench.kernels.refine.pattern.reference import Wave, largest_error, refined
 from lodbench.kernels.stages.camera import look_at
 from lodbench.kernels.stages.raster import Raster
@@ -38,7 +38,7 @@ def shaken(mesh, seed=0, offset=0.0):
 
 
 def draw(device, mesh, segments, frame=STILL, **params):
-    prepared = prepare(device, mesh, Params(segments, **params))
+    prepared = Pattern(device, mesh, Params(segments, **params))
     run(device, prepared, frame)
     return prepared
 
@@ -218,7 +218,7 @@ def test_pattern_works_in_batches_where_memory_is_short(device, way):
 
 def test_pattern_says_what_memory_it_needs():
     with pytest.raises(Unsupported, match=r"needs .* bytes of device memory, device has"):
-        prepare(Device.open(memory_limit=10_000), TRIANGLE, Params(64))
+        Pattern(Device.open(memory_limit=10_000), TRIANGLE, Params(64))
 
 
 def test_pattern_streams_large_outputs_to_the_same_bits(device):
@@ -235,7 +235,7 @@ def test_pattern_streams_large_outputs_to_the_same_bits(device):
 
 def test_pattern_chooses_its_level_by_distance(device):
     mesh = icosphere(1)
-    prepared = prepare(device, mesh, Params(16, levels=4, near=1.0))
+    prepared = Pattern(device, mesh, Params(16, levels=4, near=1.0))
     diagonal = mesh.diagonal
     for away, segments in ((0.0, 16), (0.9, 16), (1.9, 16), (2.1, 8), (4.2, 4), (8.4, 2), (1e6, 2)):
         run(device, prepared, seen_from(away * diagonal))
@@ -251,7 +251,7 @@ def test_pattern_chooses_its_level_by_distance(device):
 
 def test_pattern_of_many_levels_is_drawn_on_either_side_of_every_change(device):
     mesh = icosphere(1)
-    prepared = prepare(device, mesh, Params(64, levels=7, near=1.0))
+    prepared = Pattern(device, mesh, Params(64, levels=7, near=1.0))
     raster = Raster(device, prepared.output, 60, 48)
     for away in (0.5, 1.9, 2.1, 70.0, 1e3, 0.5):
         away *= mesh.diagonal
@@ -344,7 +344,7 @@ def test_pattern_refuses_wrong_params(params, text):
 
 def test_pattern_refuses_coordinates_that_overflow(device):
     with pytest.raises(ValueError, match="points: expected coordinates up to 1e38"):
-        prepare(device, TriangleMesh(np.float32([[2e38, 0, 0]] * 3), [[0, 1, 2]]), Params(2))
+        Pattern(device, TriangleMesh(np.float32([[2e38, 0, 0]] * 3), [[0, 1, 2]]), Params(2))
 
 
 def test_refine_maps_coarse_vertices(device):

@@ -39,7 +39,7 @@ def test_estimate_is_what_numpy_takes(device, mesh, segments, weld):
 def test_estimate_is_what_the_buffers_take(device, segments):
     mesh = icosphere(2)
     before = device.used_bytes
-    prepared = pattern.prepare(device, mesh, pattern.Params(segments))
+    prepared = pattern.Pattern(device, mesh, pattern.Params(segments))
     taken = device.used_bytes - before
     assert prepared.counters()["segments"] == segments
     assert taken == pytest.approx(device_bytes(mesh, segments), rel=0.01, abs=256)

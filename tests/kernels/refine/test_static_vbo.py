@@ -6,7 +6,7 @@ from lodbench.datasets_gen.triangles import icosphere, plane
 from lodbench.kernels.opencl.device import Device, Unsupported
 from lodbench.kernels.refine import pattern
 from lodbench.kernels.refine.static_vbo import Params
-from lodbench.kernels.refine.static_vbo.host import prepare
+from lodbench.kernels.refine.static_vbo.host import StaticVbo
 from lodbench.kernels.system import Frame, run
 
 
@@ -18,8 +18,8 @@ def as_bytes(mesh):
 @pytest.mark.parametrize("segments", [1, 2, 7, 16, 33])
 @pytest.mark.parametrize("make", [lambda: icosphere(1), lambda: plane(9, 7)])
 def test_static_vbo_gives_the_patterns_bits(device, make, segments, amplitude):
-    drawn = pattern.prepare(device, make(), pattern.Params(segments, amplitude=amplitude))
-    stored = prepare(device, make(), Params(segments, amplitude))
+    drawn = pattern.Pattern(device, make(), pattern.Params(segments, amplitude=amplitude))
+    stored = StaticVbo(device, make(), Params(segments, amplitude))
     for prepared in (drawn, stored):
         run(device, prepared)
     assert as_bytes(stored.result()[0]) == as_bytes(drawn.result()[0])
@@ -29,15 +29,15 @@ def test_static_vbo_gives_the_patterns_bits(device, make, segments, amplitude):
 
 def test_static_vbo_streams_large_outputs_to_the_same_bits(device):
     mesh = plane(19, 15)  # more than the 16 MiB that stay in caches, ending within a vector
-    drawn = pattern.prepare(device, mesh, pattern.Params(61))
-    stored = prepare(device, mesh, Params(61))
+    drawn = pattern.Pattern(device, mesh, pattern.Params(61))
+    stored = StaticVbo(device, mesh, Params(61))
     run(device, stored)
     assert stored.footprint().output_bytes > 16 << 20
     assert as_bytes(stored.result()[0]) == as_bytes(drawn.result()[0])
 
 
 def test_static_vbo_stands_still(device):
-    stored = prepare(device, icosphere(1), Params(4, 0.05))
+    stored = StaticVbo(device, icosphere(1), Params(4, 0.05))
     run(device, stored, Frame(time=0.0))
     first = as_bytes(stored.result()[0])
     run(device, stored, Frame(time=0.4))
@@ -46,7 +46,7 @@ def test_static_vbo_stands_still(device):
 
 
 def test_static_vbo_writes_its_output_every_frame(device):
-    stored = prepare(device, icosphere(1), Params(8))
+    stored = StaticVbo(device, icosphere(1), Params(8))
     first = as_bytes(stored.result()[0])
     (surface,) = stored.output
     assert surface is not None
@@ -58,8 +58,8 @@ def test_static_vbo_writes_its_output_every_frame(device):
 
 @pytest.mark.parametrize("options", [{"local_size": 1}, {"local_size": 13}, {"one_core": True}])
 def test_static_vbo_does_not_depend_on_the_work_group(device, options):
-    expected = prepare(device, icosphere(1), Params(5)).result()[0]
-    assert as_bytes(prepare(Device.open(**options), icosphere(1), Params(5)).result()[0]) == (
+    expected = StaticVbo(device, icosphere(1), Params(5)).result()[0]
+    assert as_bytes(StaticVbo(Device.open(**options), icosphere(1), Params(5)).result()[0]) == (
         as_bytes(expected)
     )
 
@@ -67,7 +67,7 @@ def test_static_vbo_does_not_depend_on_the_work_group(device, options):
 def test_static_vbo_stores_as_many_vertices_as_the_paper_says(device):
     mesh = icosphere(1)
     mesh = TriangleMesh(mesh.positions, mesh.triangles[:10])
-    stored = prepare(device, mesh, Params(64))
+    stored = StaticVbo(device, mesh, Params(64))
     assert stored.counters()["vertices_square_grid"] == 42_250
     footprint = stored.footprint()
     assert footprint.stored_vertices == footprint.static_vertices == 10 * 2145
@@ -77,11 +77,11 @@ def test_static_vbo_stores_as_many_vertices_as_the_paper_says(device):
 
 def test_static_vbo_needs_its_memory():
     with pytest.raises(Unsupported, match=r"needs .* bytes of device memory"):
-        prepare(Device.open(memory_limit=400_000), icosphere(1), Params(16))
+        StaticVbo(Device.open(memory_limit=400_000), icosphere(1), Params(16))
 
 
 def test_static_vbo_of_nothing_is_nothing(device):
-    stored = prepare(device, TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int)), Params(8))
+    stored = StaticVbo(device, TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int)), Params(8))
     run(device, stored)
     assert stored.result()[0].triangle_count == 0
     assert stored.check().passed

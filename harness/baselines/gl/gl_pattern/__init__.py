@@ -10,7 +10,7 @@ from typing import Any
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.gl.driver import build
 from lodbench.harness.baselines.gl.refined import Params, Refined, corner_arrays, pattern_arrays
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 from lodbench.kernels.system import System
 
 __all__ = ["Pattern", "Params", "SYSTEM"]

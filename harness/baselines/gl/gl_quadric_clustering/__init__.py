@@ -26,8 +26,7 @@ from lodbench.kernels.cluster.quadric_clustering.reference import simplify
 from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.survivors import host_survivors
 from lodbench.kernels.cluster.target import GridTarget
-from lodbench.kernels.opencl.device import Device, Unsupported
-from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.opencl import Device, Timeline, Unsupported
 from lodbench.kernels.system import Check, Footprint, Frame, System, Traffic
 
 STAGE = "draw"

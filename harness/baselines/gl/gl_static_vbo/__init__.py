@@ -12,7 +12,7 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.gl.driver import build
 from lodbench.harness.baselines.gl.refined import Params, Refined
-from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.opencl import Device
 from lodbench.kernels.refine.lattice import lattice_weights, refined_mesh
 from lodbench.kernels.system import System
 

@@ -16,7 +16,7 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.gl.driver import assign, build, context, keep_patches
 from lodbench.harness.baselines.gl.refined import Params, Refined
-from lodbench.kernels.opencl.device import Device, Unsupported
+from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.refine.pattern.host import TOLERANCE
 from lodbench.kernels.system import Check, System
 
