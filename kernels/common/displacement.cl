@@ -7,7 +7,7 @@
 // Reads     nothing
 // Writes    nothing
 // Needs     common/packed.cl, common/trigonometry.cl
-// Plain     refine/pattern/reference.py
+// Plain     refine/reference.py
 
 typedef struct {
     float amplitude; // model units

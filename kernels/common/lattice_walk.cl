@@ -3,6 +3,7 @@
 // Source    Boubekeur & Schlick 2005, section 3.2 (barycentric pattern)
 // Work      functions only; a surface is what is joined before this file: a type `lattice_surface` and
 //
+//               void    lattice_surface_of(lattice_surface *, __global const float *, size_t)   of a triangle
 //               planes8 lattice_point(const lattice_surface *, float8 u, float8 v)         weights of P1 and P2
 //               planes8 lattice_normal(const lattice_surface *, float8 u, float8 v)        of any length
 //               planes8 lattice_edge_point(const lattice_surface *, float8 t)              the edge P1 P2 from its end of

@@ -14,15 +14,16 @@ from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.harness.baselines.gl.driver import Canvas, assign, context, view_uniforms
 from lodbench.kernels.opencl import Timeline
 from lodbench.kernels.parameters import Parameters, Range
+from lodbench.kernels.refine.attributes import canonical
 from lodbench.kernels.refine.lattice import (
     lattice_triangles,
     lattice_vertex_count,
     lattice_weights,
     refined_mesh,
 )
-from lodbench.kernels.refine.pattern.attributes import canonical
-from lodbench.kernels.refine.pattern.host import TOLERANCE
-from lodbench.kernels.refine.pattern.reference import largest_error
+from lodbench.kernels.refine.pattern.reference import flat
+from lodbench.kernels.refine.reference import Wave, largest_error
+from lodbench.kernels.refine.refined import TOLERANCE
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.raster import Side
 from lodbench.kernels.stages.shading import Shading
@@ -170,7 +171,9 @@ class Refined(ABC):
         worst = 0.0
         if len(chosen):
             points, normals = self.points_and_normals()
-            worst = largest_error(points[chosen], normals[chosen], *self.corners(chosen))
+            worst = largest_error(
+                points[chosen], normals[chosen], *self.corners(chosen), Wave(), flat
+            )
         what = (
             "largest error of points (over the largest coordinate) and of unit normals, "
             f"{len(chosen)} of {self.coarse} coarse triangles"

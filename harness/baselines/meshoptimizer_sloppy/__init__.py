@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines import meshoptimizer_simplify
 from lodbench.harness.baselines.host import host_system
 from lodbench.harness.baselines.meshoptimizer_simplify import Params

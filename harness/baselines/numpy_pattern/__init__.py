@@ -17,15 +17,16 @@ from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Parameters
+from lodbench.kernels.refine.attributes import canonical
 from lodbench.kernels.refine.lattice import (
     Segments,
     lattice_vertex_count,
     lattice_weights,
     refined_mesh,
 )
-from lodbench.kernels.refine.pattern.attributes import canonical
-from lodbench.kernels.refine.pattern.host import TOLERANCE
-from lodbench.kernels.refine.pattern.reference import largest_error
+from lodbench.kernels.refine.pattern.reference import flat
+from lodbench.kernels.refine.reference import Wave, largest_error
+from lodbench.kernels.refine.refined import TOLERANCE
 from lodbench.kernels.system import Check, Frame
 
 BLOCK = (
@@ -88,6 +89,8 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
                 normals[chosen].transpose(0, 2, 1),
                 mesh.positions[corners].astype(np.float64),
                 normals_in[corners].astype(np.float64),
+                Wave(),
+                flat,
             )
         what = (
             "largest error of points (over the largest coordinate) and of unit normals, "

@@ -9,52 +9,16 @@ Source: Boubekeur & Schlick, Generic Mesh Refinement on GPU, Graphics Hardware 2
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl import Device
-from lodbench.kernels.parameters import check
 from lodbench.kernels.refine.pattern.host import Pattern
 from lodbench.kernels.refine.pattern.params import Params
-from lodbench.kernels.refine.room import check_room
-from lodbench.kernels.result import Result
-from lodbench.kernels.system import Frame, System, run
+from lodbench.kernels.refine.refining import refiner
+from lodbench.kernels.system import System
 
 __all__ = ["Params", "Pattern", "SYSTEM", "refine"]
 
 
-def refine(
-    device: Device,
-    mesh: TriangleMesh,
-    *,
-    segments: int,
-    weld: bool = True,
-    time: float = 0.0,
-    **options: Any,
-) -> Result:
-    """Every triangle split into segments^2; `options` are those of `Params`, `time` is the displacement's, s.
-
-    Welded, the coarse vertices in use come first and `vertex_map` says where; else there is none, since every coarse
-    triangle has its own.
-    """
-    params = Params.named(segments=segments, **options)
-    check("weld", weld, bool), check("time", time, float)
-    check_room(device, mesh, params.segments, weld)
-    prepared = Pattern(device, mesh, params)
-    frame = run(device, prepared, Frame(time=time))
-    vertex_map = None
-    if weld:
-        refined = prepared.welded()
-        used = np.unique(mesh.triangles)
-        vertex_map = np.full(mesh.vertex_count, 0xFFFFFFFF, np.uint32)
-        vertex_map[used] = np.arange(len(used), dtype=np.uint32)
-    else:
-        refined = prepared.result()[0]
-    counters = dict(prepared.counters())
-    return Result(refined, vertex_map, (refined,), counters, prepared.setup, frame)
-
+refine = refiner(Pattern, Params)
 
 SYSTEM = System(
     name="pattern",

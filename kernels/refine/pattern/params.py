@@ -3,37 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Literal
 
-from lodbench.kernels.parameters import Parameters, Range
-from lodbench.kernels.refine.lattice import Amplitude, Segments, Waves
+from lodbench.kernels.refine.params import RefineParams
 
 
 @dataclass(frozen=True)
-class Params(Parameters):
-    """How to refine.
+class Params(RefineParams):
+    """How to refine, and in how many launches.
 
     Attributes:
-        segments: parts that each coarse edge is cut into, 1 to 4096.
-        levels: nested patterns held ready, the coarser with half the segments of the finer; `segments` must allow
-            for it. `Frame.view` chooses: each doubling of the eye's distance past `near` halves the segments.
         draw: "batched", one launch for all coarse triangles; or "per_triangle", one launch for each with its attributes
             as arguments, as the paper's draw calls did.
-        amplitude: of the displacement a sin(f |P|), as a fraction of the bounding-box diagonal; 0 for none.
-        waves: of that sine per bounding-box diagonal; one passes per second of `Frame.time`.
-        near: distance of the eye from the box, in diagonals, up to which the finest level is shown.
     """
 
-    segments: Segments = 16
-    levels: Annotated[int, Range(1, 13)] = 1
     draw: Literal["batched", "per_triangle"] = "batched"
-    amplitude: Amplitude = 0.0
-    waves: Waves = 8.0
-    near: Annotated[float, Range(0, open="low")] = 1.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.segments % (1 << (self.levels - 1)):
-            raise ValueError(
-                f"levels: expected halvings of {self.segments} segments, got {self.levels}"
-            )

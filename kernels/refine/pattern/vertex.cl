@@ -1,47 +1,13 @@
-// Generic mesh refinement, vertex stage: the pattern's vertices become points and normals of every coarse triangle.
+// Generic mesh refinement, vertex stage: the pattern's vertices become points and normals of one coarse triangle.
 //
 // Source    Boubekeur & Schlick 2005, section 3.2 (barycentric pattern), section 4 (a sin(f |P|), in common/displacement.cl)
-// Work      1-D over chunks of output vertices, in whole vectors of eight: a chunk may span coarse triangles, which keeps
-//           every vector aligned; `_batched` for all triangles at once, `_single` for one whose attributes are arguments
+// Work      1-D over chunks of output vertices, in whole vectors of eight; the triangle's attributes are arguments
 // Reads     pattern    float[2 * pattern_stride]  planes of u and v, 0..1, at least eight more than pattern_vertices
-//           corners    float[19 * triangles]      as surface.cl has them; edges begin at their end of lower number
 // Writes    positions  float[3 * vertices]        packed; instance after instance
 //           normals    float[3 * vertices]        packed, unit length
 // Needs     refine/pattern/surface.cl, common/lattice_walk.cl
 // Plain     refine/pattern/reference.py
 // Defines   CHUNK (a multiple of eight), DISPLACED (1: sine displacement), STREAMING (common/packed.cl)
-
-__kernel void pattern_vertex_batched(
-    __global const float *restrict pattern,
-    __global const float *restrict corners,
-    __global float *restrict positions,
-    __global float *restrict normals,
-    const float4 displacement, // as the struct has it
-    const uint pattern_stride,
-    const uint last_row,
-    const uint first_triangle, // of corners: the one that writes vertex 0
-    const uint pattern_vertices,
-    const ulong vertex_count)
-{
-    ulong v = (ulong)get_global_id(0) * CHUNK;
-    if (v >= vertex_count) return;
-
-    const lattice_pattern lattice = {pattern, pattern_stride, last_row};
-    const Displacement d = {displacement.x, displacement.y, displacement.z, displacement.w};
-    const ulong end = v + CHUNK < vertex_count ? v + CHUNK : vertex_count;
-    packed_stage stage;
-    stage.first = stage.end = 0;
-    while (v < end) {
-        const ulong t = v / pattern_vertices;
-        const uint k = (uint)(v - t * pattern_vertices);
-        const uint count = min(pattern_vertices - k, (uint)(end - v));
-        lattice_surface s;
-        lattice_surface_of(&s, corners, first_triangle + (size_t)t);
-        lattice_walk(lattice, &s, d, k, v, count, &stage, positions, normals);
-        v += count;
-    }
-    packed_stage_flush(&stage, end & ~7ul, positions, normals);
-}
 
 __kernel void pattern_vertex_single(
     __global const float *restrict pattern,

@@ -1,5 +1,5 @@
 """What the stored surface should be: the pattern's, at time 0."""
 
-from lodbench.kernels.refine.pattern.reference import refined
+from lodbench.kernels.refine.pattern.reference import flat
 
-__all__ = ["refined"]
+__all__ = ["flat"]

@@ -10,7 +10,8 @@ from lodbench.kernels.opencl.timeline import Timeline
 from lodbench.kernels.refine.lattice import lattice_vertex_count
 from lodbench.kernels.refine.pattern import Params, refine
 from lodbench.kernels.refine.pattern.host import Pattern
-from lodbench.kernels.refine.pattern.reference import Wave, largest_error, refined
+from lodbench.kernels.refine.pattern.reference import flat
+from lodbench.kernels.refine.reference import Wave, largest_error, refined
 from lodbench.kernels.stages.camera import look_at
 from lodbench.kernels.stages.raster import Raster
 from lodbench.kernels.system import Frame, View, run
@@ -368,12 +369,12 @@ def test_refine_interpolates_other_attributes(device):
 def test_largest_error_finds_a_wrong_vertex():
     P = TRIANGLE.positions[None].astype(float)
     N = np.broadcast_to([0.0, 0.0, 1.0], (1, 3, 3))
-    points, normals, _ = refined(P, N, 4, Wave(0.1, 3.0, 0.5))
-    assert largest_error(points, normals, P, N, Wave(0.1, 3.0, 0.5)) == 0
+    points, normals, _ = refined(flat, P, N, 4, Wave(0.1, 3.0, 0.5))
+    assert largest_error(points, normals, P, N, Wave(0.1, 3.0, 0.5), flat) == 0
     for moved in (1e-3, np.nan):
         wrong = points.copy()
         wrong[0, 7, 1] += moved
-        assert not largest_error(wrong, normals, P, N, Wave(0.1, 3.0, 0.5)) <= 1e-4
+        assert not largest_error(wrong, normals, P, N, Wave(0.1, 3.0, 0.5), flat) <= 1e-4
 
 
 def test_wave_travels_away_from_the_origin(device):

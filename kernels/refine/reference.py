@@ -1,0 +1,92 @@
+"""What the vertex stage of refinement should give, in float64 and in the papers' notation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.datasets_gen.surfaces import Floats
+from lodbench.kernels.refine.lattice import lattice_weights
+
+Doubles = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A displacement a sin(f |P| + phase) along the normal: model units, radians per model unit, radians."""
+
+    a: float = 0.0
+    f: float = 0.0
+    phase: float = 0.0
+
+
+Reference = Callable[[Doubles, Doubles, Doubles], tuple[Doubles, Doubles]]
+"""A surface: corners (m, 3, 3), their normals (m, 3, 3) and weights (n, 3) give points and normals, (m, n, 3) each."""
+
+
+def refined(
+    surface: Reference, P: Doubles, N: Doubles, segments: int, wave: Wave = Wave()
+) -> tuple[Doubles, Doubles, Doubles]:
+    """Points and normals of refined triangles.
+
+    Args:
+        surface: what is evaluated.
+        P: corners, (m, 3 corners, 3) in model units.
+        N: their normals, (m, 3 corners, 3), unit length.
+        segments: of the pattern.
+        wave: displacement.
+
+    Returns:
+        Points and unit normals (m, lattice vertices, 3), and the length (m, lattice vertices) that the normal had
+        before it was made a unit: where that is small, rounding has turned the normal by as much more.
+
+    Source: Boubekeur & Schlick 2005, sections 3.2 and 4. The displaced surface's normal is a reconstruction.
+    """
+    points, directions = surface(P, N, lattice_weights(segments))
+    normals, length = _unit(directions)
+    if wave.a:
+        r = np.linalg.norm(points, axis=-1, keepdims=True)
+        angle = wave.f * r + wave.phase
+        gradient = wave.a * wave.f * np.cos(angle) * points / np.where(r > 0, r, 1)
+        points = points + wave.a * np.sin(angle) * normals
+        tangential = gradient - (gradient * normals).sum(-1, keepdims=True) * normals
+        normals, bent = _unit(normals - tangential)
+        length = np.minimum(length, bent)
+    return points, normals, length
+
+
+def _unit(vectors: Doubles) -> tuple[Doubles, Doubles]:
+    """Vectors at unit length, (0, 0, 1) where there is no direction, and the lengths they had."""
+    length = np.linalg.norm(vectors, axis=-1)
+    none = length <= 1e-15
+    unit = vectors / np.where(none, 1, length)[..., None]
+    return np.where(none[..., None], (0.0, 0.0, 1.0), unit), length
+
+
+def largest_error(
+    positions: Floats, normals: Floats, P: Doubles, N: Doubles, wave: Wave, surface: Reference
+) -> float:
+    """How far refined triangles are from the reference, in units that float32 rounding keeps near 1e-7.
+
+    Points count relative to the largest coordinate, normals as they are; both less where the mathematics magnifies
+    rounding: a steep wave does, its phase far from the origin, and a normal that nearly cancelled.
+
+    Args:
+        positions: (m, lattice vertices, 3).
+        normals: likewise.
+        P: corners, (m, 3 corners, 3).
+        N: their normals.
+        wave: displacement.
+        surface: what was to be evaluated.
+    """
+    vertices = positions.shape[1]
+    segments = int(np.sqrt(2 * vertices)) - 1  # (n + 1)(n + 2) / 2 = vertices
+    points, directions, length = refined(surface, P, N, segments, wave)
+    size = max(float(np.abs(P).max()), abs(wave.a), 1e-37)
+    slope = abs(wave.a) * wave.f
+    off = np.abs(positions - points).max() / (size * (1 + slope))
+    turned = (np.linalg.norm(normals - directions, axis=-1) * length).max()
+    return float(np.max([off, turned / (1 + slope * (1 + wave.f * size))]))
