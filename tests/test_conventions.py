@@ -46,7 +46,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/record/samples.py": "harness/record/test_record.py",
     "harness/report/table_view.py": "harness/report/test_page.py",
     # commands, through the shell
-    "harness/cli/datasets.py": "harness/cli/test_output.py",
+    "harness/cli/datasets.py": "harness/cli/test_app.py",
     "harness/cli/lists.py": "harness/cli/test_app.py",
     "harness/cli/measure.py": "harness/cli/test_app.py",
     "harness/cli/mesh.py": "harness/cli/test_files.py",
