@@ -23,6 +23,44 @@ SYSTEM_FOLDERS = sorted(
     for path in (ROOT / "kernels").glob("*/*/host.py")
     if (path.parent / "__init__.py").exists()
 )
+MIRRORED = sorted(
+    path
+    for pattern in ("kernels/*.py", "kernels/opencl/*.py", "kernels/common/*.cl", "harness/*/*.py")
+    for path in ROOT.glob(pattern)
+    if path.name != "__init__.py"
+)
+TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it, from `tests/`
+    # data alone
+    "kernels/result.py": "kernels/test_api.py",
+    "kernels/opencl/facts.py": "kernels/opencl/test_device.py",
+    # through those who call it
+    "kernels/common/probe.cl": "harness/doctor/test_examine.py",
+    "kernels/common/displacement.cl": "kernels/refine/test_pattern.py",
+    "kernels/common/lattice_walk.cl": "kernels/refine/test_pattern.py",
+    "harness/baselines/host.py": "test_every_system.py",
+    "harness/baselines/simplifier.py": "harness/baselines/test_peers.py",
+    "harness/baselines/vtk_mesh.py": "harness/baselines/test_peers.py",
+    "harness/doctor/opencl.py": "harness/doctor/test_examine.py",
+    "harness/doctor/probe.py": "harness/doctor/test_examine.py",
+    "harness/measure/trial.py": "harness/measure/test_frames.py",
+    "harness/record/folder.py": "harness/measure/test_run.py",
+    "harness/record/samples.py": "harness/record/test_record.py",
+    "harness/report/table_view.py": "harness/report/test_page.py",
+    # commands, through the shell
+    "harness/cli/datasets.py": "harness/cli/test_app.py",
+    "harness/cli/lists.py": "harness/cli/test_app.py",
+    "harness/cli/measure.py": "harness/cli/test_app.py",
+    "harness/cli/mesh.py": "harness/cli/test_files.py",
+    "harness/cli/options.py": "harness/cli/test_app.py",
+    "harness/cli/records.py": "harness/cli/test_app.py",
+    # one test per source
+    "harness/tables/dt07_timing.py": "harness/tables/test_dt07.py",
+    "harness/tables/gmr05_figure7.py": "harness/tables/test_gmr05.py",
+    "harness/tables/gmr05_path.py": "harness/tables/test_gmr05.py",
+    "harness/tables/w14_parameterisation.py": "harness/tables/test_w14.py",
+    "harness/tables/w14_scale.py": "harness/tables/test_w14.py",
+    "harness/tables/w14_table1.py": "harness/tables/test_w14.py",
+}
 UPSTREAM = {
     "datasets_gen": ("lodbench.kernels", "lodbench.harness"),
     "kernels": ("lodbench.harness",),
@@ -114,6 +152,20 @@ def test_system_folder_has_its_files_and_its_mirror_test(folder):
     assert (folder / "reference.py").exists()
     family = folder.parent.name
     assert (ROOT / "tests/kernels" / family / f"test_{folder.name}.py").exists()
+
+
+@pytest.mark.parametrize("path", MIRRORED, ids=short)
+def test_module_has_its_mirror_or_says_what_tests_it(path):
+    mirror = path.relative_to(ROOT).parent / f"test_{path.stem}.py"
+    has_mirror = (ROOT / "tests" / mirror).exists()
+    if short(path) in TESTED_BY:
+        assert not has_mirror, f"tests/{mirror} is there: strike it from TESTED_BY"
+        mirror = TESTED_BY[short(path)]
+    assert (ROOT / "tests" / mirror).exists(), f"tests/{mirror} is missing"
+
+
+def test_exceptions_from_the_mirror_exist():
+    assert set(TESTED_BY) <= {short(path) for path in MIRRORED}
 
 
 @pytest.mark.parametrize("path", PYTHON_FILES, ids=short)

@@ -1,6 +1,6 @@
 """What every subject promises, asked of each one that the registry finds."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from lodbench.datasets_gen.patches import cup
 from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.harness.plan.registry import systems
 from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.system import Footprint, Frame, Unsupported, run
+from lodbench.kernels.system import Footprint, Frame, Prepared, Timeline, Unsupported, run
 
 SYSTEMS = systems()
 CASES = [(name, case) for name, system in SYSTEMS.items() for case in system.cases]
@@ -51,7 +51,7 @@ EMPTY = {
 
 
 def prepare(name, case, device, surfaces=FULL):
-    """Of the first surface type that the system takes."""
+    """Anew, of the first surface type that the system takes."""
     system = SYSTEMS[name]
     surface = next(surface for kind, surface in surfaces.items() if kind in system.takes)
     try:
@@ -60,48 +60,63 @@ def prepare(name, case, device, surfaces=FULL):
         pytest.skip(str(reason))
 
 
+@dataclass(frozen=True)
+class Subject:
+    """One case, prepared, and its first frame: the same for all tests that ask, which run case by case."""
+
+    name: str
+    prepared: Prepared
+    timeline: Timeline
+    first: list[tuple[bytes, bytes]]
+
+
+@pytest.fixture(scope="module", params=CASES, ids="-".join)
+def subject(request, device):
+    name, case = request.param
+    prepared = prepare(name, case, device)
+    timeline = run(device, prepared)
+    return Subject(name, prepared, timeline, as_bytes(prepared.result()))
+
+
+@pytest.fixture(scope="module")
+def devices(device):
+    """The default device, and others whose work-groups or cores are not the default's."""
+    options = ({"local_size": 1}, {"local_size": 48}, {"one_core": True})
+    return {"as it is": device} | {str(given): Device.open(**given) for given in options}
+
+
 def as_bytes(meshes):
     return [(m.positions.tobytes(), m.triangles.tobytes()) for m in meshes]
 
 
-@pytest.mark.parametrize(("name", "case"), CASES)
-def test_frame_passes_its_own_check(device, name, case):
-    prepared = prepare(name, case, device)
-    timeline = run(device, prepared)
-    check = prepared.check()
+def test_frame_passes_its_own_check(subject):
+    check = subject.prepared.check()
     assert check.passed, f"{check.what}: {check.value} > {check.tolerance}"
-    assert timeline.wall_s > 0
-    if SYSTEMS[name].runs_on == "device":
-        assert timeline.stage_s, "a device subject reports device seconds by stage"
+    assert subject.timeline.wall_s > 0
+    if SYSTEMS[subject.name].runs_on == "device":
+        assert subject.timeline.stage_s, "a device subject reports device seconds by stage"
 
 
-@pytest.mark.parametrize(("name", "case"), CASES)
-def test_result_is_finite_and_in_range(device, name, case):
-    prepared = prepare(name, case, device)
-    run(device, prepared)
+def test_result_is_finite_and_in_range(subject):
+    prepared = subject.prepared
     for mesh in prepared.result():
         assert np.isfinite(mesh.positions).all()
         assert mesh.triangles.size == 0 or mesh.triangles.max() < mesh.vertex_count
     assert all(value >= 0 for value in prepared.counters().values())
     assert isinstance(prepared.footprint(), Footprint)
-    assert set(prepared.traffic()) <= set(run(device, prepared).stage_s) | {"call"}
+    assert set(prepared.traffic()) <= set(subject.timeline.stage_s) | {"call"}
 
 
-@pytest.mark.parametrize(("name", "case"), CASES)
-def test_two_frames_give_the_same_bytes(device, name, case):
-    prepared = prepare(name, case, device)
-    run(device, prepared, Frame())
-    first = as_bytes(prepared.result())
-    run(device, prepared, Frame())
-    assert as_bytes(prepared.result()) == first
+def test_two_frames_give_the_same_bytes(device, subject):
+    run(device, subject.prepared, Frame())
+    assert as_bytes(subject.prepared.result()) == subject.first
 
 
 @pytest.mark.parametrize("name", [n for n, s in SYSTEMS.items() if s.runs_on == "device"])
-def test_work_group_size_and_core_count_do_not_change_a_bit(device, name):
+def test_work_group_size_and_core_count_do_not_change_a_bit(devices, name):
     case = next(iter(SYSTEMS[name].cases))
     expected = None
-    for options in ({}, {"local_size": 1}, {"local_size": 48}, {"one_core": True}):
-        other = Device.open(**options) if options else device
+    for options, other in devices.items():
         prepared = prepare(name, case, other)
         run(other, prepared)
         got = as_bytes(prepared.result())

@@ -51,3 +51,6 @@ that place them round differently, and centres on an edge may go to either side 
 GL_DEPTH, GL_SHIFT = 2.0**-22, 2 / 256
 """Window depth against a driver's, 0..1: 24 bits there; and so many pixels' fall of the depth, as corners may snap to
 neighbouring sub-pixels, across and down."""
+
+QUADRIC_STEP = 8 * EPSILON32
+"""Per unit of the condition number: a step, or a determinant, of a 3 x 3 quadric solved in float32 against float64."""

@@ -8,6 +8,7 @@
 // Writes    nothing
 // Needs     common/packed.cl, common/trigonometry.cl
 // Plain     refine/reference.py
+// Defines   CHUNK (a multiple of eight: vertices that go through together at most)
 
 typedef struct {
     float amplitude; // model units

@@ -141,6 +141,6 @@ static inline planes8 planes8_normalise(const planes8 a)
     planes8 unit;
     unit.x = a.x * scale;
     unit.y = a.y * scale;
-    unit.z = as_float8(as_int8(a.z * scale) | (as_int8((float8)(1.0f)) & ~has_length));
+    unit.z = float8_pick(has_length, a.z * scale, (float8)(1.0f)); // and not -1 for a small negative z
     return unit;
 }

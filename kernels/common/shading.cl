@@ -5,7 +5,7 @@
 // Reads     nothing
 // Writes    nothing
 // Needs     common/screen.cl common/packed.cl
-// Defines   INSTANCED, SMOOTH as in stages/fragment.cl
+// Defines   INSTANCED, SEVERAL, SMOOTH as in stages/fragment.cl
 
 #pragma OPENCL FP_CONTRACT ON
 #define GROUPS (TILE / 8) // of pixels in a tile's row

@@ -45,16 +45,6 @@ def test_interleave_with_no_time_left_still_gives_every_subject_one_counted_samp
     assert [s.subject for s in taken if not s.warmup] == ["a", "b"]
 
 
-def test_budget_remembers_that_something_was_left_undone(monkeypatch):
-    now = [5.0]
-    monkeypatch.setattr(timing.time, "perf_counter", lambda: now[0])
-    budget = Budget(2.0)
-    assert (budget.left, budget.stops(), budget.cut) == (2.0, False, False)
-    now[0] = 8.0
-    assert (budget.left, budget.cut) == (-1.0, False), "nothing was asked for yet"
-    assert (budget.stops(), budget.cut) == (True, True)
-
-
 def test_peak_memory_sees_what_was_freed_again():
     peak = timing.PeakMemory()
     np.ones(1 << 22)  # 32 MiB, written and gone

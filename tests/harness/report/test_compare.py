@@ -1,5 +1,7 @@
 """What `lodbench compare` calls worse, beyond time."""
 
+import re
+
 import pytest
 
 from lodbench.harness.record.record import GroupRecord, RunRecord, SubjectRecord
@@ -69,3 +71,87 @@ def test_compare_names_rows_of_one_run_alone(tmp_path):
 def test_compare_refuses_runs_with_nothing_in_common(tmp_path):
     with pytest.raises(ValueError, match="B: expected a run that has rows of"):
         compare(run(tmp_path, subject()), run(tmp_path, subject(), group="other"))
+
+
+def verdicts(found):
+    return [(row["system"], row["verdict"]) for row in found["rows"]]
+
+
+@pytest.mark.parametrize(
+    ("wall", "threshold", "verdict"),
+    [
+        (1.08, 0.10, "same"),
+        (1.08, 0.05, "regression"),
+        (1.2, 0.10, "regression"),
+        (0.93, 0.10, "same"),
+        (0.93, 0.05, "faster"),
+        (0.5, 0.10, "faster"),
+    ],
+)
+def test_time_counts_where_its_whole_interval_lies_beyond_the_threshold(
+    tmp_path, wall, threshold, verdict
+):
+    found = compare(run(tmp_path, subject()), run(tmp_path, subject(wall=wall)), threshold)
+    (row,) = found["rows"]
+    assert (row["verdict"], found["threshold"]) == (verdict, threshold)
+    assert row["ratio"] == pytest.approx(wall, rel=1e-3)
+    assert row["ratio_low"] <= row["ratio"] <= row["ratio_high"]
+    assert row["wall_s_b"] / row["wall_s_a"] == pytest.approx(row["ratio"], rel=1e-3)
+    assert found["regressions"] == (verdict == "regression")
+
+
+@pytest.mark.parametrize(
+    ("changed", "verdict"), [({}, "too few"), ({"triangles": 9}, "regression")]
+)
+def test_two_samples_say_nothing_of_time_but_all_of_what_came_out(tmp_path, changed, verdict):
+    short = subject(wall=3.0, **changed)
+    short.samples = short.samples[:2]
+    found = compare(run(tmp_path, subject()), run(tmp_path, short))
+    (row,) = found["rows"]
+    assert (row["verdict"], row["ratio_low"]) == (verdict, None)
+    assert "slower" not in row["why"]
+
+
+@pytest.mark.parametrize("status", ["failed", "skipped"])
+def test_row_that_was_not_measured_before_is_no_regression(tmp_path, status):
+    found = compare(run(tmp_path, subject(status=status)), run(tmp_path, subject(triangles=7)))
+    (row,) = found["rows"]
+    assert (row["verdict"], row["why"]) == ("not measured", f"A: {status}")
+    assert (found["regressions"], row["ratio"]) == (0, None)
+
+
+def test_error_that_one_side_lacks_is_not_compared(tmp_path):
+    bare = subject()
+    bare.quality, bare.counters = None, {}
+    for a, b in ((subject(), bare), (bare, subject())):
+        found = compare(run(tmp_path, a), run(tmp_path, b))
+        assert verdicts(found) == [("a", "same")]
+    assert found["rows"][0]["rms_error_a"] is None and found["rows"][0]["triangles_a"] is None
+
+
+def test_pattern_keeps_rows_by_table_group_and_system(tmp_path):
+    runs = [run(tmp_path, subject("a"), subject("b")) for _ in range(2)]
+    for pattern, kept in (("b$", ["b"]), ("^t g", ["a", "b"]), ("g a", ["a"])):
+        found = compare(*runs, keep=re.compile(pattern))
+        assert [row["system"] for row in found["rows"]] == kept
+    with pytest.raises(ValueError, match="B: expected a run that has rows of"):
+        compare(*runs, keep=re.compile("nothing"))
+
+
+def test_file_of_another_content_is_another_row(tmp_path):
+    runs = [run(tmp_path, subject()) for _ in range(2)]
+    for made, content in zip(runs, ("abc", "abc"), strict=True):
+        made.groups[0].facts["content"] = content
+    assert verdicts(compare(*runs)) == [("a", "same")]
+    runs[1].groups[0].facts["content"] = "xyz"
+    with pytest.raises(ValueError, match="expected a run that has rows"):
+        compare(*runs)
+
+
+def test_runs_of_two_machines_are_told_apart(tmp_path):
+    a, b = run(tmp_path, subject()), run(tmp_path, subject())
+    assert compare(a, b)["same_machine"]
+    for key, inner in (("device", "name"), ("machine", "cpu")):
+        other = run(tmp_path, subject())
+        other.environment[key][inner] = "other"
+        assert not compare(a, other)["same_machine"]
