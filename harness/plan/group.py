@@ -148,5 +148,5 @@ class Group:
             if subject.system in registry.registry().missing:
                 continue  # recorded as skipped
             owner = registry.system(subject.system)
-            if not callable(subject.params):
-                registry.parameters(owner, subject.case, subject.params)
+            known = {} if callable(subject.params) else subject.params
+            registry.parameters(owner, subject.case, known)

@@ -130,7 +130,8 @@ def limit_share(run: RunRecord, subject: SubjectRecord) -> float | None:
     Source: Williams, Waterman & Patterson 2009, Roofline: bytes over bandwidth, or operations over their peak rate.
     """
     stages = {name: summary(subject.stage_s(name)) for name in subject.traffic}
-    if run.limits is None or not stages or None in stages.values():
+    ran = set(subject.traffic) <= set(subject.stages)
+    if run.limits is None or not stages or not ran or None in stages.values():
         return None
     limits = Limits.of_record(run.limits)
     least = sum(limits.least_s(Traffic(**traffic)) for traffic in subject.traffic.values())

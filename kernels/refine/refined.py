@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.kernels.opencl import Buffer, Device, Timeline
@@ -237,7 +238,7 @@ class Refined(DeviceSubject):
                     corners[:, 0],
                     corners[:, 1],
                     wave,
-                    self.reference,
+                    self.expected(rows),
                 )
                 worst = float(np.max([worst, error]))  # NaN is the worst of all
         what = (
@@ -245,6 +246,10 @@ class Refined(DeviceSubject):
             f"{len(chosen)} of {total} coarse triangles"
         )
         return Check(worst <= TOLERANCE, what, worst, TOLERANCE)
+
+    def expected(self, rows: NDArray[np.int64]) -> Reference:
+        """The surface in float64 of these coarse triangles."""
+        return self.reference
 
     def live(self) -> tuple[int, int]:
         """Vertices and triangles of the last frame's surface, whether it fitted at once or not."""

@@ -10,14 +10,28 @@ import numpy as np
 from lodbench.kernels.refine.reference import Doubles
 
 
-def _dot(a: Doubles, b: Doubles) -> Doubles:
+def dot(a: Doubles, b: Doubles) -> Doubles:
     return (a * b).sum(-1, keepdims=True)
 
 
-def _unit(vectors: Doubles, otherwise: Doubles) -> Doubles:
+def unit(vectors: Doubles, otherwise: Doubles | float) -> Doubles:
+    """Vectors at unit length, `otherwise` where there is no direction."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     none = length <= 1e-12
     return np.where(none, otherwise, vectors / np.where(none, 1, length))
+
+
+def curve_handle(a: Doubles, b: Doubles, normal: Doubles, share: Doubles | float = 1.0) -> Doubles:
+    """The control point beside a on the edge to b: a third of the way, bent into the tangent plane by `share`."""
+    return (2 * a + b - share * dot(b - a, normal) * normal) / 3
+
+
+def middle_normal(a: Doubles, b: Doubles, na: Doubles, nb: Doubles) -> Doubles:
+    """The control normal of the edge between a and b; where it vanishes, the mean of its ends (reconstruction)."""
+    d, total = b - a, na + nb
+    square = dot(d, d)
+    v = np.where(square > 0, 2 * dot(d, total) / np.where(square > 0, square, 1), 0)
+    return unit(total - v * d, unit(total, na))
 
 
 def control_points(P: Doubles, N: Doubles) -> dict[str, Doubles]:
@@ -32,8 +46,7 @@ def control_points(P: Doubles, N: Doubles) -> dict[str, Doubles]:
     p, n = P.swapaxes(0, 1), N.swapaxes(0, 1)
 
     def near(i: int, j: int) -> Doubles:
-        """The point next to corner i on the edge to corner j."""
-        return (2 * p[i] + p[j] - _dot(p[j] - p[i], n[i]) * n[i]) / 3
+        return curve_handle(p[i], p[j], n[i])
 
     b = {
         "b300": p[0], "b030": p[1], "b003": p[2],
@@ -49,16 +62,12 @@ def control_points(P: Doubles, N: Doubles) -> dict[str, Doubles]:
 def control_normals(P: Doubles, N: Doubles) -> dict[str, Doubles]:
     """The six control normals of each triangle, (m, 3) each.
 
-    Source: Vlachos et al. 2001, section 3.3; where a mid-edge normal vanishes, the mean of its ends takes its place
-    (reconstruction).
+    Source: Vlachos et al. 2001, section 3.3.
     """
     p, n = P.swapaxes(0, 1), N.swapaxes(0, 1)
 
     def middle(i: int, j: int) -> Doubles:
-        d, total = p[j] - p[i], n[i] + n[j]
-        square = _dot(d, d)
-        v = np.where(square > 0, 2 * _dot(d, total) / np.where(square > 0, square, 1), 0)
-        return _unit(total - v * d, _unit(total, n[i]))
+        return middle_normal(p[i], p[j], n[i], n[j])
 
     return {
         "n200": n[0], "n020": n[1], "n002": n[2],
@@ -71,22 +80,30 @@ def _weighted(terms: list[tuple[Doubles, Doubles]]) -> Doubles:
     return sum(weight[None, :, None] * vector[:, None] for weight, vector in terms)  # type: ignore[return-value]
 
 
-def curved(P: Doubles, N: Doubles, wuv: Doubles) -> tuple[Doubles, Doubles]:
-    """Points of the cubic patch and its quadratic normals, of any length, (m, n, 3) each; a `Reference`."""
+def cubic_points(b: dict[str, Doubles], wuv: Doubles) -> Doubles:
+    """The cubic of ten control points at (n, 3) weights, (m, n, 3)."""
     w, u, v = wuv.T
-    b, n = control_points(P, N), control_normals(P, N)
-    points = _weighted([
+    return _weighted([
         (w**3, b["b300"]), (u**3, b["b030"]), (v**3, b["b003"]),
         (3 * w**2 * u, b["b210"]), (3 * w * u**2, b["b120"]), (3 * w**2 * v, b["b201"]),
         (3 * u**2 * v, b["b021"]), (3 * w * v**2, b["b102"]), (3 * u * v**2, b["b012"]),
         (6 * w * u * v, b["b111"]),
     ])  # fmt: skip
-    # no factor 2 in the mixed terms: the field is made of unit length afterwards
-    normals = _weighted([
+
+
+def quadratic_normals(n: dict[str, Doubles], wuv: Doubles) -> Doubles:
+    """The quadratic of six control normals, of any length: no factor 2 in the mixed terms."""
+    w, u, v = wuv.T
+    return _weighted([
         (w**2, n["n200"]), (u**2, n["n020"]), (v**2, n["n002"]),
         (w * u, n["n110"]), (u * v, n["n011"]), (w * v, n["n101"]),
     ])  # fmt: skip
-    return points, normals
+
+
+def curved(P: Doubles, N: Doubles, wuv: Doubles) -> tuple[Doubles, Doubles]:
+    """Points of the cubic patch and its quadratic normals, of any length, (m, n, 3) each; a `Reference`."""
+    points = cubic_points(control_points(P, N), wuv)
+    return points, quadratic_normals(control_normals(P, N), wuv)
 
 
 def curved_with_linear_normals(P: Doubles, N: Doubles, wuv: Doubles) -> tuple[Doubles, Doubles]:

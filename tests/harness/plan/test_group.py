@@ -99,6 +99,7 @@ def test_stand_in_takes_the_place_of_a_scan_that_is_not_there(monkeypatch):
         ({"subjects": (Subject("fake"), Subject("other", label="fake"))}, "different labels"),
         ({"subjects": (Subject("fakes"),)}, "system: expected one like fake"),
         ({"subjects": (Subject("fake", case="best"),)}, "case"),
+        ({"subjects": (Subject("fake", of_context, case="best"),)}, "case"),
         ({"subjects": (Subject("fake", {"sized": 1}),)}, "parameter of fake: expected one like"),
         ({"subjects": (Subject("fake", {"size": 0}),)}, "size: expected at least 1, got 0"),
     ],

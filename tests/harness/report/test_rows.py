@@ -24,6 +24,8 @@ def test_share_of_the_limit_is_taken_against_medians_not_against_one_best_sample
     found = run(group(one))
     found.limits = LIMITS
     assert limit_share(found, one) == pytest.approx(10 / 40 / 0.5)
+    one.traffic["raster"] = {"bytes": 10, "flops": 0}  # of a stage that never ran
+    assert limit_share(found, one) is None
 
 
 def test_noisy_row_says_why():
