@@ -195,6 +195,19 @@ def test_packed_texture_holds_each_node_once(n):
     ]
 
 
+def test_node_whose_error_is_the_threshold_is_not_fine_enough(device):
+    # an octahedron's faces are flat: no node has an error, and still a threshold of 0 asks for all of them
+    directions = octahedron.sample_directions(4)
+    flat = directions / np.abs(directions).sum(axis=-1, keepdims=True)
+    positions = (np.round(flat * 16) / 16).reshape(-1, 3)[octahedron.canonical(4)]
+    prepared = SYSTEM.prepare(device, GeometryImage(positions, directions), Params(threshold=0.0))
+    assert not any(level.any() for level in prepared.tree.read_errors()[1:])
+    assert drawn(device, prepared).triangle_count == 2 * 4**4
+    prepared.threshold = 1e-30
+    assert drawn(device, prepared).triangle_count == 8
+    assert prepared.check().passed
+
+
 def test_zero_threshold_draws_the_full_image_and_a_huge_one_an_octahedron(device):
     image = bumpy_image(5)
     full = drawn(device, SYSTEM.prepare(device, image, Params(threshold=0.0)))
