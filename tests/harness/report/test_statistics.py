@@ -55,6 +55,14 @@ def test_log_slope_of_a_power_is_its_exponent():
     assert statistics.log_slope([1.0, 1.0], [2.0, 3.0]) is None
 
 
+def test_interval_of_a_slope_holds_the_true_one_in_95_of_100_cases():
+    random = np.random.default_rng(0)
+    x = np.geomspace(1e3, 1e6, 4)
+    lines = [statistics.log_slope(x, x * np.exp(random.normal(0, 0.1, 4))) for _ in range(2000)]
+    held = np.mean([line[1] <= 1 <= line[2] for line in lines if line is not None])
+    assert held == pytest.approx(0.95, abs=0.02)
+
+
 def test_paired_ratio_is_the_median_and_not_the_mean():
     skewed = paired_ratio({0: 1.0, 1: 1.0, 2: 10.0}, {0: 1.0, 1: 1.0, 2: 1.0})
     assert skewed is not None and skewed.median == 1
