@@ -47,6 +47,13 @@ def test_noise_names_an_uncertain_median_starvation_and_others():
     assert "other processes took 40%" in statistics.noise(quiet, quiet, 0.4)
 
 
+@pytest.mark.parametrize(("wall", "said"), [(5e-4, False), (5e-3, True)])
+def test_cpu_clock_says_nothing_of_frames_under_a_millisecond(wall, said):
+    # it ticks in steps longer than such a frame: some have no CPU time at all
+    cpu = [wall] * 6 + [0.0] * 4
+    assert ("less CPU time" in statistics.noise([wall] * 10, cpu, 0.0)) == said
+
+
 def test_log_slope_of_a_power_is_its_exponent():
     x = np.array([1e5, 1e6, 1e7])
     slope, low, high = statistics.log_slope(x, 3e-9 * x**1.5)
