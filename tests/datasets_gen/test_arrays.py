@@ -28,6 +28,15 @@ def test_origin_is_used_where_digits_would_be_lost(offset, far):
         assert origin.tolist() == [offset, 0, 0], "the other axes lose nothing"
 
 
+@pytest.mark.parametrize("extent", [1.0, 3.0, 7.5])
+def test_origin_lies_in_the_middle_to_a_power_of_two_below_the_extent(extent):
+    points = 1000.0 + np.array([[0, 0, 0], [1, 0.5, 0.25], [0.5, 1, 1]]) * extent
+    local, origin = recentred(points)
+    step = 2.0 ** np.floor(np.log2(extent))
+    assert np.abs(np.min(local, 0) + np.max(local, 0)).max() <= step
+    assert (origin % step == 0).all()
+
+
 def test_integers_and_lists_are_map_coordinates_too():
     for points in ((np.eye(3) + MAP).astype(np.int64), (np.eye(3) + MAP).tolist()):
         local, origin = recentred(points)

@@ -15,6 +15,7 @@ CLASSES = {"triangles": TriangleMesh, "patches": BezierPatches, "nurbs": NurbsMo
 def nowhere(tmp_path, monkeypatch):
     """No data folder and an empty cache; what is made there is found."""
     monkeypatch.delenv("LODBENCH_DATA", raising=False)
+    monkeypatch.delenv("LODBENCH_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return tmp_path / "cache" / "lodbench" / "data"
 

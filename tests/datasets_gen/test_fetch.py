@@ -72,6 +72,13 @@ def test_fetch_downloads_checks_and_keeps_a_scan(site, tmp_path, file, member):
     assert catalogue.fetch(["torus_scan"]) == [path]
 
 
+def test_fetch_refuses_a_scan_with_other_triangles(site, tmp_path):
+    site("torus_scan", "torus.ply.gz", count=91)
+    with pytest.raises(FileError, match="expected 45 vertices and 91 triangles, got"):
+        fetch.fetch("torus_scan")
+    assert left(tmp_path) == []
+
+
 @pytest.mark.parametrize(
     "file, member, vertices, message",
     [

@@ -20,6 +20,16 @@ def test_ply_ascii_polygons_become_fans():
     assert mesh.triangles.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 2]]
 
 
+@pytest.mark.parametrize(
+    "kind, full", [("uchar", "255"), ("ushort", "65535"), ("float", "1"), ("double", "1.0")]
+)
+def test_ply_colours_are_shares_of_what_their_type_holds(kind, full):
+    names = "".join(f"property {kind} {name}\n" for name in ("red", "green", "blue"))
+    rows = [f"{point} 0 {full} {full}\n" for point in POINTS.splitlines()]
+    mesh = parse_ply((header(4, 0, extra_vertex=names) + "".join(rows)).encode())
+    assert mesh.colours.tolist() == [[0, 1, 1]] * 4
+
+
 @pytest.mark.parametrize("order, form", [("<", "binary_little_endian"), (">", "binary_big_endian")])
 def test_ply_binary_of_both_byte_orders_with_mixed_polygons_and_more_columns(order, form):
     text = header(

@@ -77,6 +77,10 @@ def test_opened_is_a_disc_and_keeps_the_attributes():
     assert (found.euler, found.repeated, found.unused) == (1, 0, 0)
     assert found.border > 0
     assert np.array_equal(mesh.normals, mesh.positions)
+    # a triangle goes where all of it is in the top fifth: the border stays, and reaches over it
+    high = whole.positions[whole.triangles][..., 2] > 0.6
+    assert mesh.triangle_count == whole.triangle_count - high.all(1).sum()
+    assert mesh.positions[:, 2].max() > 0.6
 
 
 def test_pierced_of_nothing_is_nothing():

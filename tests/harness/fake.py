@@ -30,7 +30,7 @@ LIMITS = SimpleNamespace(device="d", size_bytes=1, fill=_RATE, copy=_RATE, multi
 class Params:
     size: int = 1
     seconds: float = 0.0
-    outcome: str = "ok"  # or wrong, unsupported, missing, crash, late crash
+    outcome: str = "ok"  # or wrong, unsupported, missing, memory, crash, late crash
 
     def __post_init__(self):
         if self.size < 1:
@@ -49,6 +49,8 @@ class Fake:
             raise Unsupported("needs wings, device has none")
         if params.outcome == "missing":
             raise ImportError("No module named 'wings'")
+        if params.outcome == "memory":
+            raise MemoryError("3 GB for corners")
         if params.outcome == "crash":
             raise DeviceError("a command failed")
 

@@ -113,6 +113,20 @@ def test_render_takes_a_view_with_its_own_size(device):
     )
 
 
+def test_edges_are_as_wide_with_any_number_of_samples(device):
+    plain, drawn = (
+        [
+            render(TETRAHEDRON, size=SIZE, colour="flat", wireframe=edges, samples=n, device=device)
+            for n in (1, 2, 4)
+        ]
+        for edges in (False, True)
+    )
+    light = [a.astype(float) ** 2 - b.astype(float) ** 2 for a, b in zip(plain, drawn, strict=True)]
+    ink = [taken.sum() for taken in light]
+    assert ink[0] > 0
+    assert ink == pytest.approx([ink[0]] * 3, rel=0.15)
+
+
 def test_render_smooths_outlines_by_samples(device):
     once = render(SPHERE, size=SIZE, samples=1, device=device)
     twice = render(SPHERE, size=SIZE, device=device)

@@ -165,6 +165,22 @@ def test_mesh_files_are_datasets_under_safe_names(tmp_path, monkeypatch, capsys)
             assert not path.exists() or "My Scans" not in path.read_text("utf-8")
 
 
+def test_reproduce_measures_the_groups_that_the_filter_matches(tmp_path, capsys):
+    words = ["reproduce", "--filter", "fake_table: t", "--samples", "1", "--quiet", "--json"]
+    assert main([*words, "--out", str(tmp_path / "run")]) == 0
+    (made,) = json.loads(capsys.readouterr().out)["tables"]
+    assert {row["dataset"] for row in made["rows"]} == {"two", "three"}
+
+
+def test_rows_are_packed_when_all_is_measured(tmp_path, capsys):
+    words = ["reproduce", "--samples", "1", "--quiet", "--out", str(tmp_path / "run")]
+    assert main([*words, "--time-budget", "0"]) == 0
+    assert rows_file(tmp_path / "run").name == record.SAMPLES
+    assert "go on with --resume" in capsys.readouterr().err
+    assert main([*words, "--resume"]) == 0
+    assert rows_file(tmp_path / "run").suffix == ".gz"
+
+
 def test_datasets_make_asks_whether_thousands_were_meant(monkeypatch, tmp_path, capsys):
     monkeypatch.undo()  # the real catalogue
     assert main(["datasets", "make", "torus_20", str(tmp_path / "torus.ply")]) == 0

@@ -12,6 +12,7 @@ from lodbench.datasets_gen.read import mesh_bytes, parse_mesh, read_mesh, write_
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, torus
 from lodbench.harness.cli.app import main
+from lodbench.kernels import refine_mesh
 
 TORUS = torus(24, 12)
 MAP = np.array((4e5, 5e6, 100.0))
@@ -63,6 +64,21 @@ def test_pictures_and_geometry_images_go_through_a_pipe(piped, tmp_path):
     code, out, said = piped(out, "simplify", "-", "-", "-n", "50", "-q")
     assert code == 0, said
     assert 0 < parse_mesh(out, tmp_path / "out.ply").triangle_count <= 50
+
+
+def test_refine_does_what_its_options_say(tmp_path, device):
+    coarse, out = tmp_path / "coarse.ply", tmp_path / "fine.ply"
+    write_mesh(coarse, TORUS)
+    for words, options in (
+        (["--segments", "3"], {"segments": 3}),
+        (["--no-weld"], {"weld": False}),
+        (["--displace", "0.02"], {"amplitude": 0.02, "waves": 8.0}),
+        (["--displace", "0.02", "--waves", "3"], {"amplitude": 0.02, "waves": 3.0}),
+    ):
+        assert main(["refine", str(coarse), str(out), "--quiet", *words]) == 0
+        found, expected = read_mesh(out), refine_mesh(device, TORUS, **options).mesh
+        assert np.array_equal(found.positions, expected.positions), words
+        assert np.array_equal(found.triangles, expected.triangles), words
 
 
 def test_a_dataset_is_written_to_standard_output(piped, tmp_path):

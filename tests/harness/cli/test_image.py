@@ -59,6 +59,17 @@ def test_geometry_image_says_what_it_does_and_uses_its_cache(mesh, tmp_path, cap
     assert "sphere from cache" in capsys.readouterr().out
 
 
+def test_geometry_image_without_a_cache_neither_leaves_nor_takes_one(mesh, tmp_path, capsys):
+    words = ["geometry-image", str(mesh), str(tmp_path / "a.npz"), "-n", "3", "--json"]
+    assert main([*words, "--no-cache"]) == 0
+    assert not list((tmp_path / "cache").rglob("*.npz"))
+    assert main(words) == 0
+    assert list((tmp_path / "cache").rglob("*.npz"))
+    capsys.readouterr()
+    assert main([*words, "--no-cache"]) == 0
+    assert not json.loads(capsys.readouterr().out)["from_cache"]
+
+
 def test_geometry_image_refuses_a_torus_with_one_line(tmp_path, capsys):
     path = tmp_path / "torus.ply"
     write_mesh(path, torus(12, 8))

@@ -73,6 +73,13 @@ def test_each_part_of_a_wide_table_names_its_rows(screen):
     assert all("system" in head for head in heads)
 
 
+def test_name_that_all_rows_share_is_said_once(screen):
+    lines = screen(80, rows("torus_20k"))
+    heads = [line.split() for line in lines if "system" in line.split()]
+    assert len(heads) > 1
+    assert sum("dataset" in head for head in heads) == 1
+
+
 def test_table_that_fits_is_one_and_in_order(screen):
     lines = screen(200, rows("torus_20k"))
     (head,) = [line for line in lines if "dataset" in line]

@@ -1,10 +1,13 @@
 import json
 
+import numpy as np
 import pytest
 
 from lodbench.datasets_gen.read import write_mesh
+from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness.cli.app import main
+from lodbench.kernels.render import render
 
 
 @pytest.fixture
@@ -23,6 +26,30 @@ def test_render_writes_a_picture(mesh, tmp_path, capsys):
     from PIL import Image
 
     assert Image.open(out).size == (64, 48)
+
+
+@pytest.mark.parametrize(
+    ("words", "options"),
+    [
+        ([], {}),
+        (["--cull"], {"cull": True}),
+        (["--wireframe"], {"wireframe": True}),
+        (["--up", "z"], {"up": "z"}),
+        (["--colour", "flat"], {"colour": "flat"}),
+        (["--camera", "70,-40"], {"camera": (70.0, -40.0)}),
+    ],
+)
+def test_render_draws_what_its_options_say(tmp_path, device, words, options):
+    from PIL import Image
+
+    bowl = TriangleMesh(icosphere(2).positions, icosphere(2).triangles[::2])
+    write_mesh(tmp_path / "bowl.ply", bowl)
+    out = tmp_path / "bowl.png"
+    size = ["--size", "64x48", "--quiet"]
+    assert main(["render", str(tmp_path / "bowl.ply"), str(out), *size, *words]) == 0
+    expected = render(bowl, size=(64, 48), device=device, **options)
+    assert np.array_equal(np.asarray(Image.open(out)), expected)
+    assert not options or not np.array_equal(expected, render(bowl, size=(64, 48), device=device))
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import json
 import numpy as np
 import pytest
 
+from lodbench.harness.measure import limits as limits_module
 from lodbench.harness.measure.limits import KERNELS, Rate, measure, measure_compaction, sweep
 from lodbench.kernels.opencl.device import Device, Unsupported
 from lodbench.kernels.opencl.timeline import Timeline
@@ -24,6 +25,19 @@ def test_limits_keep_every_sample_and_its_best_and_median(limits):
         assert 0 < rate.best < 1e15
     assert limits.launch_event.median <= limits.launch_wall.median
     assert limits.size_bytes == 1 << 20
+
+
+def test_rates_count_bytes_written_bytes_read_and_written_and_two_operations(device, monkeypatch):
+    # every call takes two seconds
+    taken = ([2.0], [2.0])
+    monkeypatch.setattr(
+        limits_module, "timed", lambda _, subjects, __: dict.fromkeys(subjects, taken)
+    )
+    found = measure(device, size_bytes=1 << 20, samples=1, steps=10)
+    assert (found.fill.median, found.copy.median) == (2**19, 2**20)
+    items = device.facts.compute_units * limits_module.SWEEPS_ON_CPU if device.is_cpu else None
+    assert items is None or found.multiply_add.median == 2 * 64 * 10 * items / 2
+    assert (found.launch_wall.median, found.launch_event.median) == (2.0, 2.0)
 
 
 def test_limits_are_plain_numbers_that_a_record_can_hold(limits):

@@ -48,6 +48,14 @@ def test_measure_of_a_mesh_with_itself_is_zero():
     assert figures.items() >= topology(square()).items()
 
 
+def test_triangle_without_area_is_not_turned_over():
+    flat = square()
+    needle = changed(flat, 5, flat.triangles[5, [0, 1, 1]])
+    assert measure(flat, needle, samples=1000)["flipped_triangles"] == 0
+    turned = changed(needle, 7, needle.triangles[7, ::-1])
+    assert measure(flat, turned, samples=1000)["flipped_triangles"] == 1
+
+
 def test_measure_of_parallel_planes_is_their_distance_over_the_diagonal():
     figures = measure(square(), square(height=0.25), samples=1000)
     expected = 0.25 / np.sqrt(2)

@@ -67,6 +67,7 @@ def test_subjects_take_turns(device, folder):
     [
         ("unsupported", "skipped", "needs wings, device has none"),
         ("missing", "skipped", "No module named 'wings'"),
+        ("memory", "skipped", "needs more memory than the host has: 3 GB for corners"),
         ("crash", "failed", "DeviceError: a command failed"),
         ("late crash", "failed", "DeviceError: a command failed"),
         ("wrong", "failed", "check: difference is 1, tolerance 0.5"),

@@ -54,6 +54,12 @@ def test_errors_are_sampled_with_the_groups_seed(tmp_path, monkeypatch, capsys):
     ]  # fmt: skip
 
 
+def test_dataset_named_twice_is_measured_once(tmp_path):
+    path = tmp_path / "twice.toml"
+    path.write_text("systems = ['fake']\ndatasets = ['two', 'one', 'two']")
+    assert [group.dataset for group in sweep.groups(sweep.read(path))] == ["two", "one"]
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [

@@ -46,6 +46,11 @@ def test_plain_turns_everything_into_json():
     json.dumps(plain(value), allow_nan=False)
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), np.float32("inf")])
+def test_plain_has_no_number_for_what_is_not_finite(value):
+    assert plain({"a": [value, np.array([1, value])]}) == {"a": [None, [1, None]]}
+
+
 def test_config_hash_ignores_order_and_tells_values_apart():
     assert record.config_hash({"a": 1, "b": (2,)}) == record.config_hash({"b": [2], "a": 1})
     assert record.config_hash({"a": 1}) != record.config_hash({"a": 2})

@@ -22,7 +22,7 @@ def test_rounded_keeps_four_digits(value, text):
         (1310720, "", "1,310,720"), (12.5, "", "12.5"), ((90, 60, 30), "", "90 × 60 × 30"),
         (0.01234567, "s", "12.35 ms"), (2.5e-7, "s", "250 ns"), (3.0, "s", "3 s"), (0, "s", "0 s"),
         (51480000, "B", "51.48 MB"), (12, "B", "12 B"), (2.7e10, "B/s", "27 GB/s"),
-        (9.9e10, "flop/s", "99 Gflop/s"),
+        (9.9e10, "flop/s", "99 Gflop/s"), (-0.0125, "s", "-12.5 ms"), (-2e6, "B", "-2 MB"),
     ],
 )  # fmt: skip
 def test_amount_chooses_a_readable_unit(value, unit, text):

@@ -59,6 +59,25 @@ def test_compare_lets_the_same_and_the_better_pass(tmp_path, changed):
     assert found["regressions"] == 0
 
 
+@pytest.mark.parametrize(
+    ("walls", "verdict"),
+    [
+        ([1.0, 1.0, 1.05, 1.4, 1.4], "same"),
+        ([0.6, 0.6, 0.95, 1.0, 1.0], "same"),
+        ([1.2, 1.2, 1.3, 1.4, 1.4], "regression"),
+        ([0.6, 0.6, 0.7, 0.8, 0.8], "faster"),
+    ],
+)
+def test_time_is_worse_or_better_where_the_whole_interval_is(tmp_path, walls, verdict):
+    old, new = subject(), subject()
+    new.samples = [{"turn": turn, "wall_s": wall} for turn, wall in enumerate(2 * walls)]
+    (row,) = compare(run(tmp_path, old), run(tmp_path, new))["rows"]
+    assert row["verdict"] == verdict
+    if verdict == "same":
+        assert row["ratio_low"] < 1.1 and row["ratio_high"] > 0.9
+        assert row["ratio_low"] < 0.9 or row["ratio_high"] > 1.1
+
+
 def test_compare_names_rows_of_one_run_alone(tmp_path):
     a, b = subject("a"), subject("b")
     found = compare(run(tmp_path, a, b), run(tmp_path, a, subject("c")))

@@ -181,3 +181,16 @@ def test_memory_is_that_of_buffers_or_of_the_input_and_the_rise():
     assert memory_bytes(found, device) == 12
     assert [memory_bytes(found, one) for one in host] == [105, 105], "the highest of one system"
     assert memory_bytes(found, subject("d", [1.0] * 3)) is None
+
+
+def test_memory_is_what_the_device_holds_or_the_highest_rise_of_a_system_on_the_host():
+    held = {"input_bytes": 5, "output_bytes": 7, "scratch_bytes": 11, "stored_bytes": 1000}
+    first = subject("first", [1.0], footprint={"input_bytes": 10}, peak_growth_bytes=300)
+    again = subject("again", [1.0], footprint={"input_bytes": 20}, peak_growth_bytes=0)
+    first.system = again.system = "package"
+    other = subject("other", [1.0], footprint={"input_bytes": 10}, peak_growth_bytes=9000)
+    kernels = subject("kernels", [{"vertex": 1.0}], footprint=held, peak_growth_bytes=9000)
+    both = group(first, again, other, kernels)
+    found = {name: memory_bytes(both, one) for name, one in both.subjects.items()}
+    assert found == {"first": 310, "again": 320, "other": 9010, "kernels": 23}
+    assert memory_bytes(group(one := subject("one", [1.0])), one) is None

@@ -47,12 +47,27 @@ def test_noise_names_an_uncertain_median_starvation_and_others():
     assert "other processes took 40%" in statistics.noise(quiet, quiet, 0.4)
 
 
+@pytest.mark.parametrize(("wall", "said"), [(5e-4, False), (5e-3, True)])
+def test_cpu_clock_says_nothing_of_frames_under_a_millisecond(wall, said):
+    # it ticks in steps longer than such a frame: some have no CPU time at all
+    cpu = [wall] * 6 + [0.0] * 4
+    assert ("less CPU time" in statistics.noise([wall] * 10, cpu, 0.0)) == said
+
+
 def test_log_slope_of_a_power_is_its_exponent():
     x = np.array([1e5, 1e6, 1e7])
     slope, low, high = statistics.log_slope(x, 3e-9 * x**1.5)
     assert slope == pytest.approx(1.5)
     assert low <= slope <= high
     assert statistics.log_slope([1.0, 1.0], [2.0, 3.0]) is None
+
+
+def test_interval_of_a_slope_holds_the_true_one_in_95_of_100_cases():
+    random = np.random.default_rng(0)
+    x = np.geomspace(1e3, 1e6, 4)
+    lines = [statistics.log_slope(x, x * np.exp(random.normal(0, 0.1, 4))) for _ in range(2000)]
+    held = np.mean([line[1] <= 1 <= line[2] for line in lines if line is not None])
+    assert held == pytest.approx(0.95, abs=0.02)
 
 
 def test_paired_ratio_is_the_median_and_not_the_mean():

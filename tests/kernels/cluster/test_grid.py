@@ -50,3 +50,10 @@ def test_grid_over_any_floats_is_finite_and_decided_alike_by_numpy_and_kernel(
 def test_axis_that_is_nothing_beside_the_longest_is_flat():
     box = np.zeros(3), np.array([9.0, 1e-39, 9 * 2.0**-98])
     assert Grid.over(*box, (4, 4, 4)).per_axis.tolist() == [1.0, 0.0, 2.0**98]
+
+
+def test_whole_number_of_cells_is_not_one_more_by_its_rounding():
+    # 7 / 25 * 25 is a little more than 7 in float64
+    grid = Grid.over(np.zeros(3), np.array([25.0, 7.0, 14.0]), 25)
+    assert grid.counts == (25, 7, 14)
+    assert Grid.over(np.zeros(3), np.array([25.0, 7.001, 14.0]), 25).counts == (25, 8, 14)

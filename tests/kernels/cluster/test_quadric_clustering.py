@@ -173,6 +173,23 @@ def test_quadric_clustering_output_is_in_order_and_uses_every_vertex(device, way
 
 
 @pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("turn", [0, 1, 2])
+def test_triangle_with_two_corners_in_one_cell_leaves_no_vertex(device, way, turn):
+    # whichever two they are; far from the sphere, so that no other triangle uses their cells
+    mesh = sphere()
+    needle = [[5, 0, 0], [5, 0.01, 0], [5, 3, 0]]
+    face = np.roll([[0, 1, 2]], turn) + mesh.vertex_count
+    more = TriangleMesh(
+        np.concatenate([mesh.positions, needle]), np.concatenate([mesh.triangles, face])
+    )
+    prepared = cluster(device, more, cells=20, **WAYS[way])
+    (result,) = prepared.result()
+    assert result.positions[:, 0].max() < 2
+    assert np.array_equal(np.unique(result.triangles), np.arange(result.vertex_count))
+    assert (prepared.vertex_map()[-3:] == NO_VERTEX).all()
+
+
+@pytest.mark.parametrize("way", WAYS)
 def test_quadric_clustering_ignores_unreferenced_vertices(device, way):
     mesh = sphere()
     inside = np.random.default_rng(0).uniform(-0.5, 0.5, (100, 3))
@@ -213,6 +230,23 @@ def test_quadric_clustering_at_any_scale_is_finite_and_right(device, scale, offs
     assert np.isfinite(result.positions).all()
     check = prepared.check()
     assert check.passed, f"{check.what}: {check.value} > {check.tolerance}"
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_representative_beyond_a_box_as_wide_as_float32_stays_finite(device, way):
+    # the sides of a roof without its ridge meet above the box
+    side = flat_lattice(4)
+    along = side.positions.astype(np.float64) / 4
+    x = 0.25 + 0.75 * along[:, 0]
+    right = np.stack([x, along[:, 1], (1 - x) / 0.75], axis=1)
+    points = np.concatenate([right, right * (-1, 1, 1)]) * np.finfo(np.float32).max
+    points[:, 0] /= 2
+    faces = np.concatenate([side.triangles, side.triangles[:, ::-1] + side.vertex_count])
+    high = TriangleMesh(points.astype(np.float32), faces)
+    prepared = cluster(device, high, cells=(3, 2, 2), **WAYS[way])
+    (result,) = prepared.result()
+    assert np.isfinite(result.positions).all()
+    assert result.positions[:, 2].max() == np.float32(3.4e38)
 
 
 @pytest.mark.parametrize("thin", [1e-45, 1e-39, 1e-38, 1e-31, 1e-29, 1e-7])

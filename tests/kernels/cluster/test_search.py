@@ -160,6 +160,20 @@ def test_search_settles_on_any_count_it_is_given():
     assert above.cells is not None and above.cells > 9
 
 
+def test_search_asks_for_no_grid_finer_than_may_be():
+    asked = []
+
+    def count(cells, stride):
+        asked.append(cells)
+        return 10
+
+    found = find_cells(count, np.array([4.0, 2.0, 1.0]), 10**6, 500, most_cells=10**4)
+    assert found.triangles == 10
+    assert (
+        max(np.prod(np.ceil(cells * np.array([1, 0.5, 0.25]) - 1e-9)) for cells in asked) <= 10**4
+    )
+
+
 def test_search_refuses_a_negative_target(device):
     with pytest.raises(ValueError, match="target_count: expected at least 0"):
         search_cells(Upload(device, tetrahedron()), -1)

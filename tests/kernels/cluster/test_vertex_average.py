@@ -65,6 +65,15 @@ def test_a_million_vertices_in_one_cell_lose_nothing(device):
     assert np.abs(sums - centre).max() < 1e-5
 
 
+def test_roundings_that_all_go_one_way_are_made_good(device):
+    # a million times the same point: each addition rounds alike, so what is lost adds up
+    points = np.full((1 << 20, 3), 0.7, np.float32)
+    points[:2] = (0, 0, 0), (1, 1, 1)
+    made = prepared(device, TriangleMesh(points, [[0, 1, 2]]), cells=1, chunks=1)
+    mean = made.device.read(made.solved)[0, :3] / made.grid.prescale * made.grid.unit
+    assert np.abs(mean - points.astype(float).mean(0)).max() < 1e-6
+
+
 def test_duplicates_go_where_asked(device):
     mesh = catalogue.load("terrain_2k").surface
     both = TriangleMesh(mesh.positions, np.concatenate([mesh.triangles, mesh.triangles[:, ::-1]]))

@@ -22,8 +22,9 @@ from lodbench.kernels.geometry_image.parameterisation import (
 from lodbench.kernels.geometry_image.parameterisation.accept import flipped
 from lodbench.kernels.geometry_image.parameterisation.device_stars import DeviceSweep
 from lodbench.kernels.geometry_image.parameterisation.hierarchy import Corners, take_apart
+from lodbench.kernels.geometry_image.parameterisation.image import resample
 from lodbench.kernels.geometry_image.parameterisation.locate import Locator
-from lodbench.kernels.geometry_image.parameterisation.rotation import squared_distances
+from lodbench.kernels.geometry_image.parameterisation.rotation import candidates, squared_distances
 from tests.tolerances import FLOAT64_STAR, SPHERE_DEGREE
 
 SMALLEST = ("knight_1k", "goathead_od", "spot", "wingnut_od", "elephant_mesh")
@@ -303,6 +304,21 @@ def test_finer_images_lie_nearer_to_the_surface(device):
         corners = mesh.positions[mesh.triangles].astype(np.float64)
         errors.append(abs(np.linalg.det(corners).sum() - volume_of(ball)))
     assert errors[0] > errors[1] > errors[2]
+
+
+def test_chosen_rotation_is_among_the_better_ones(device):
+    ball = blob_with_ears(8)
+    found = make(ball, 5, device=device)
+    locator = Locator(found.spherical.sphere, found.spherical.triangles)
+
+    def error(image):
+        mesh = full_mesh(image)
+        corners = mesh.positions[mesh.triangles].astype(np.float64)
+        points = ball.positions[:, None].astype(np.float64)
+        return squared_distances(points, *corners.transpose(1, 0, 2)[:, None]).min(1).mean()
+
+    others = [error(resample(ball, found.spherical, 5, turn, locator)) for turn in candidates(9)]
+    assert error(found.image) <= sorted(others)[2]
 
 
 def volume_of(mesh):

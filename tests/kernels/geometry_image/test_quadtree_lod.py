@@ -195,6 +195,30 @@ def test_packed_texture_holds_each_node_once(n):
     ]
 
 
+def test_node_whose_error_is_the_threshold_is_not_fine_enough(device):
+    # an octahedron's faces are flat: no node has an error, and still a threshold of 0 asks for all of them
+    directions = octahedron.sample_directions(4)
+    flat = directions / np.abs(directions).sum(axis=-1, keepdims=True)
+    positions = (np.round(flat * 16) / 16).reshape(-1, 3)[octahedron.canonical(4)]
+    prepared = SYSTEM.prepare(device, GeometryImage(positions, directions), Params(threshold=0.0))
+    assert not any(level.any() for level in prepared.tree.read_errors()[1:])
+    assert drawn(device, prepared).triangle_count == 2 * 4**4
+    prepared.threshold = 1e-30
+    assert drawn(device, prepared).triangle_count == 8
+    assert prepared.check().passed
+
+
+def test_static_buffer_is_the_full_image_as_a_mesh(device):
+    prepared = SYSTEM.prepare(device, bumpy_image(5), Params(threshold=0.1))
+    assert drawn(device, prepared).triangle_count < 2 * 4**5
+    footprint = prepared.footprint()
+    prepared.threshold = 0.0
+    full = drawn(device, prepared)
+    arrays = (full.positions, full.normals, full.triangles)
+    assert footprint.static_bytes == sum(array.nbytes for array in arrays)
+    assert footprint.static_vertices == full.vertex_count
+
+
 def test_zero_threshold_draws_the_full_image_and_a_huge_one_an_octahedron(device):
     image = bumpy_image(5)
     full = drawn(device, SYSTEM.prepare(device, image, Params(threshold=0.0)))
@@ -292,6 +316,17 @@ def test_error_on_screen_stays_below_the_tolerance(device):
         assert (
             prepared.tree.read_errors()[depth][chosen] * scale <= pixels * away * (1 + 1e-4)
         ).all()
+
+
+@pytest.mark.parametrize("away", [2.5, 4, 30])
+def test_one_threshold_keeps_to_the_tolerance_at_the_nearest_point(device, away):
+    image = bumpy_image(6)
+    prepared = SYSTEM.prepare(device, image, Params(view="global", pixels=0.5))
+    view = view_from((0, 0, away))
+    run(device, prepared, Frame(view))
+    nearest = np.linalg.norm(image.positions - view.eye, axis=-1).min() * prepared.tree.scale
+    scale = HEIGHT / 2 / np.tan(0.4)
+    assert 0 < prepared.last.threshold * scale <= 0.5 * nearest
 
 
 def test_orthographic_view_has_one_threshold_everywhere(device):

@@ -361,9 +361,19 @@ def test_refine_maps_coarse_vertices(device):
 
 
 def test_refine_interpolates_other_attributes(device):
-    mesh = TriangleMesh(TRIANGLE.positions, TRIANGLE.triangles, uvs=[[0, 0], [4, 0], [0, 4]])
-    made = refine(device, mesh, segments=4).mesh
-    assert np.allclose(made.uvs, 4 * made.positions[:, :2], atol=ROUNDING32)
+    mesh = TriangleMesh(
+        TRIANGLE.positions,
+        TRIANGLE.triangles,
+        uvs=[[0, 0], [4, 0], [0, 4]],
+        colours=[[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+        tags=[[0, 0, 7], [1, 0, 7], [0, 1, 7]],
+    )
+    for weld in (True, False):
+        made = refine(device, mesh, segments=4, weld=weld).mesh
+        x, y = made.positions[:, 0], made.positions[:, 1]
+        assert np.allclose(made.uvs, np.stack([4 * x, 4 * y], 1), atol=4 * ROUNDING32)
+        assert np.allclose(made.colours, np.stack([1 - x - y, x, y], 1), atol=ROUNDING32)
+        assert np.allclose(made.tags, np.stack([x, y, 0 * x + 7], 1), atol=7 * ROUNDING32)
 
 
 def test_largest_error_finds_a_wrong_vertex():

@@ -10,6 +10,7 @@ import pytest
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere
 from lodbench.kernels import Unsupported, refine_mesh
+from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.refine import pattern, room
 from lodbench.kernels.refine.room import check_room, device_bytes, host_bytes
 
@@ -59,3 +60,14 @@ def test_result_larger_than_memory_is_refused_before_any_work(device, monkeypatc
         with pytest.raises(Unsupported, match=r"segments: needs [\d,]+ bytes .* machine has"):
             refine_mesh(device, mesh, segments=16)
     check_room(device, mesh, 16, weld=False)
+
+
+def test_several_passes_need_room_for_the_pieces_beside_the_result(monkeypatch):
+    mesh = icosphere(2)
+    needed = host_bytes(mesh, 16, True) + device_bytes(mesh, 16)
+    memory = SimpleNamespace(available=needed)
+    monkeypatch.setattr(room.psutil, "virtual_memory", lambda: memory)
+    one, several = (Device.open(memory_limit=device_bytes(mesh, 16) - less) for less in (0, 1))
+    check_room(one, mesh, 16)
+    with pytest.raises(Unsupported, match=r"segments: needs [\d,]+ bytes"):
+        check_room(several, mesh, 16)

@@ -106,6 +106,17 @@ def test_raster_clips_at_the_guard_band_like_the_reference(device):
     assert (ids != EMPTY_ID).any()
 
 
+@pytest.mark.parametrize("swap", [False, True])
+def test_triangle_with_all_corners_beyond_opposite_sides_of_the_guard_band_is_seen(device, swap):
+    # none of the sides has all three corners behind it
+    corners = np.array([[10, -1e5, 0.5], [60, -1e5, 0.5], [32, 1e5, 0.25]])
+    positions = np.concatenate([corners, corners * (1, -1, 1)])
+    positions = positions[:, [1, 0, 2]] if swap else positions
+    for triangle in ([0, 1, 2], [3, 4, 5]):
+        _, ids, _ = assert_equals_reference(device, positions, [triangle], pixel_view(64, 64))
+        assert (ids != EMPTY_ID).any()
+
+
 def test_raster_draws_nothing_behind_the_eye_beyond_far_or_beside(device):
     view = look_at((0, 0, 0), (0, 0, -1), size=(32, 32), near=0.1, far=10)
     triangle = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]])
