@@ -47,24 +47,23 @@ static inline void lattice_inside(const lattice_pattern pattern, const lattice_s
 {
     __global const float *restrict us = pattern.weights + k;
     __global const float *restrict vs = us + pattern.stride;
-    const lattice_surface own = *s; // in registers, where there is room for it
     const uint vectors = count / 8;
     // one stream of stores at a time: whole cache lines leave the core
 #if DISPLACED
     planes8 p[CHUNK / 8], n[CHUNK / 8];
     for (uint i = 0; i < vectors; ++i) {
         const float8 u = vload8(i, us), v = vload8(i, vs);
-        p[i] = lattice_point(&own, u, v);
-        n[i] = planes8_normalise(lattice_normal(&own, u, v));
+        p[i] = lattice_point(s, u, v);
+        n[i] = planes8_normalise(lattice_normal(s, u, v));
     }
     displace_vectors(p, n, vectors, d);
     for (uint i = 0; i < vectors; ++i) packed_store8(p[i], positions + 24 * i);
     for (uint i = 0; i < vectors; ++i) packed_store8(n[i], normals + 24 * i);
 #else
     for (uint i = 0; i < vectors; ++i)
-        packed_store8(lattice_point(&own, vload8(i, us), vload8(i, vs)), positions + 24 * i);
+        packed_store8(lattice_point(s, vload8(i, us), vload8(i, vs)), positions + 24 * i);
     for (uint i = 0; i < vectors; ++i)
-        packed_store8(planes8_normalise(lattice_normal(&own, vload8(i, us), vload8(i, vs))), normals + 24 * i);
+        packed_store8(planes8_normalise(lattice_normal(s, vload8(i, us), vload8(i, vs))), normals + 24 * i);
 #endif
 }
 

@@ -33,8 +33,7 @@ __kernel void pattern_vertex_single(
     const Displacement d = {displacement.x, displacement.y, displacement.z, displacement.w};
     const ulong v = chunk > first_vertex ? chunk : first_vertex;
     const uint count = (uint)((chunk + CHUNK < end ? chunk + CHUNK : end) - v);
-    lattice_surface s;
-    flat_surface(&s, p0.xyz, p1.xyz, p2.xyz, n0.xyz, n1.xyz, n2.xyz, p0.w > 0.0f);
+    const lattice_surface s = {p0.xyz, p1.xyz, p2.xyz, n0.xyz, n1.xyz, n2.xyz, p0.w > 0.0f};
     packed_stage stage;
     stage.first = stage.end = v & 7;
     lattice_walk(lattice, &s, d, (uint)(v - first_vertex), v, count, &stage, positions, normals);
