@@ -134,7 +134,7 @@ def refine_mesh(
         segments: segments along each edge, at least 1.
         method: a system's name, of those with the verb refine; None takes the preferred one.
         weld: share the points on edges and corners between triangles; False leaves each coarse triangle its own.
-        **options: the method's own, those of its Params, such as amplitude and waves.
+        **options: the method's own, those of its Params, such as displacement, amplitude and waves.
 
     Raises:
         TypeError, ValueError: an argument is wrong.

@@ -35,7 +35,9 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "kernels/opencl/facts.py": "kernels/opencl/test_device.py",
     # through those who call it
     "kernels/common/probe.cl": "harness/doctor/test_examine.py",
-    "kernels/common/displacement.cl": "kernels/refine/test_pattern.py",
+    "kernels/common/displacement.cl": "kernels/refine/test_displacement.py",
+    "kernels/common/noise.cl": "kernels/refine/test_displacement.py",
+    "kernels/common/sine.cl": "kernels/refine/test_pattern.py",
     "kernels/common/lattice_walk.cl": "kernels/refine/test_pattern.py",
     "harness/baselines/host.py": "test_every_system.py",
     "harness/baselines/simplifier.py": "harness/baselines/test_peers.py",

@@ -13,6 +13,7 @@ from typing import Any
 from lodbench.datasets_gen import names
 
 COLOURS = ("smooth", "flat", "wireframe", "triangle", "vertex")
+DISPLACEMENTS = ("sine", "perlin", "turbulence")
 MODES = ("coarse_to_fine", "cmcf", "ray")
 MESHES = (*names.FOLDERS["meshes"], ".npz")
 
@@ -55,6 +56,11 @@ def simplify_methods() -> list[str]:
 def refine_methods() -> list[str]:
     """What `refine --method` takes."""
     return _methods("refine")
+
+
+def displacements() -> tuple[str, ...]:
+    """Kinds that `refine --displace` takes, each with its sign."""
+    return tuple(f"{kind}:" for kind in DISPLACEMENTS)
 
 
 def datasets() -> list[str]:

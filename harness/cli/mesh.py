@@ -121,6 +121,18 @@ def simplify(
     _finish(result, found, target, started, json_output, quiet)
 
 
+def _displacement(text: str) -> dict[str, Any]:
+    """`0.02`, `0.02,8` or `perlin:0.02,8` as options of the API."""
+    kind, _, numbers = text.rpartition(":")
+    words = ("amplitude", "waves")
+    try:
+        found = [float(word) for word in numbers.split(",")]
+        options = dict(zip(words[: len(found)], found, strict=True))
+    except ValueError:
+        raise ValueError(f"displace: expected [KIND:]HEIGHT[,WAVES], got {text!r}") from None
+    return options | ({"displacement": kind} if kind else {})
+
+
 @app.command()
 def refine(
     source: InArgument,
@@ -139,11 +151,13 @@ def refine(
     ] = None,
     settings: OwnOption = None,
     displace: Annotated[
-        float, typer.Option("--displace", help="Height of a sine, in bounding-box diagonals.")
-    ] = 0.0,
-    waves: Annotated[
-        float, typer.Option("--waves", help="Of that sine per bounding-box diagonal.")
-    ] = 8.0,
+        str | None,
+        typer.Option(
+            "--displace",
+            autocompletion=complete.displacements,
+            help="[KIND:]HEIGHT[,WAVES] in and per bounding-box diagonal; sine, perlin, turbulence.",
+        ),
+    ] = None,
     weld: Annotated[bool, typer.Option(help="Share the points on edges between triangles.")] = True,
     form: FormatOption = None,
     device: DeviceOption = None,
@@ -152,14 +166,14 @@ def refine(
 ) -> None:
     """More triangles: each split into segments^2, displaced if wanted.
 
-    Example: lodbench refine icosphere_2 fine.ply --segments 16
+    Example: lodbench refine icosphere_2 fine.ply --segments 16 --displace perlin:0.02,8
 
     Piped: lodbench refine - - --segments 4 < smaller.obj > fine.ply
     """
     from lodbench.kernels import Device, refine_mesh
 
     extra = parameters(settings)
-    extra |= {"amplitude": displace, "waves": waves} if displace else {}
+    extra |= _displacement(displace) if displace else {}
     target = MeshTarget(out, form)
     target.check()
     found = read_source(source).triangles()

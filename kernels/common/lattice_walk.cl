@@ -17,7 +17,7 @@
 // Writes    positions  float[3 * vertices]
 //           normals    float[3 * vertices]
 // Needs     common/packed.cl, common/displacement.cl
-// Defines   CHUNK (a multiple of eight: vertices of a work-item), DISPLACED, STREAMING (common/packed.cl)
+// Defines   CHUNK (a multiple of eight: vertices of a work-item), DISPLACED (1: by what stands in front), STREAMING (common/packed.cl)
 
 #pragma OPENCL FP_CONTRACT OFF
 

@@ -3,32 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats
+from lodbench.kernels.refine.displacement import Doubles, Height, Wave
 from lodbench.kernels.refine.lattice import lattice_weights
 
-Doubles = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Wave:
-    """A displacement a sin(f |P| + phase) along the normal: model units, radians per model unit, radians."""
-
-    a: float = 0.0
-    f: float = 0.0
-    phase: float = 0.0
-
-
+STILL = Wave()
 Reference = Callable[[Doubles, Doubles, Doubles], tuple[Doubles, Doubles]]
 """A surface: corners (m, 3, 3), their normals (m, 3, 3) and weights (n, 3) give points and normals, (m, n, 3) each."""
 
 
 def refined(
-    surface: Reference, P: Doubles, N: Doubles, segments: int, wave: Wave = Wave()
+    surface: Reference, P: Doubles, N: Doubles, segments: int, height: Height = STILL
 ) -> tuple[Doubles, Doubles, Doubles]:
     """Points and normals of refined triangles.
 
@@ -37,7 +25,7 @@ def refined(
         P: corners, (m, 3 corners, 3) in model units.
         N: their normals, (m, 3 corners, 3), unit length.
         segments: of the pattern.
-        wave: displacement.
+        height: displacement.
 
     Returns:
         Points and unit normals (m, lattice vertices, 3), and the length (m, lattice vertices) that the normal had
@@ -47,14 +35,12 @@ def refined(
     """
     points, directions = surface(P, N, lattice_weights(segments))
     normals, length = _unit(directions)
-    if wave.a:
-        r = np.linalg.norm(points, axis=-1, keepdims=True)
-        angle = wave.f * r + wave.phase
-        gradient = wave.a * wave.f * np.cos(angle) * points / np.where(r > 0, r, 1)
-        points = points + wave.a * np.sin(angle) * normals
+    if height.a:
+        raised, gradient, certain = height(points)
+        points = points + raised[..., None] * normals
         tangential = gradient - (gradient * normals).sum(-1, keepdims=True) * normals
         normals, bent = _unit(normals - tangential)
-        length = np.minimum(length, bent)
+        length = np.minimum(length, bent) * certain
     return points, normals, length
 
 
@@ -67,26 +53,26 @@ def _unit(vectors: Doubles) -> tuple[Doubles, Doubles]:
 
 
 def largest_error(
-    positions: Floats, normals: Floats, P: Doubles, N: Doubles, wave: Wave, surface: Reference
+    positions: Floats, normals: Floats, P: Doubles, N: Doubles, height: Height, surface: Reference
 ) -> float:
     """How far refined triangles are from the reference, in units that float32 rounding keeps near 1e-7.
 
     Points count relative to the largest coordinate, normals as they are; both less where the mathematics magnifies
-    rounding: a steep wave does, its phase far from the origin, and a normal that nearly cancelled.
+    rounding: a steep height does, far from the origin, and a normal that nearly cancelled.
 
     Args:
         positions: (m, lattice vertices, 3).
         normals: likewise.
         P: corners, (m, 3 corners, 3).
         N: their normals.
-        wave: displacement.
+        height: displacement.
         surface: what was to be evaluated.
     """
     vertices = positions.shape[1]
     segments = int(np.sqrt(2 * vertices)) - 1  # (n + 1)(n + 2) / 2 = vertices
-    points, directions, length = refined(surface, P, N, segments, wave)
-    size = max(float(np.abs(P).max()), abs(wave.a), 1e-37)
-    slope = abs(wave.a) * wave.f
+    points, directions, length = refined(surface, P, N, segments, height)
+    size = max(float(np.abs(P).max()), abs(height.a), 1e-37)
+    slope = height.slope
     off = np.abs(positions - points).max() / (size * (1 + slope))
     turned = (np.linalg.norm(normals - directions, axis=-1) * length).max()
-    return float(np.max([off, turned / (1 + slope * (1 + wave.f * size))]))
+    return float(np.max([off, turned / (1 + slope * (1 + height.bend * size))]))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.kernels.opencl import Buffer, Device, Timeline
 from lodbench.kernels.refine.attributes import canonical, corner_attributes
+from lodbench.kernels.refine.displacement import Displacement
 from lodbench.kernels.refine.lattice import (
     lattice_triangles,
     lattice_vertex_count,
@@ -22,7 +23,7 @@ from lodbench.kernels.refine.lattice import (
 from lodbench.kernels.refine.launching import LINE, VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.levels import Batch, Level
 from lodbench.kernels.refine.params import RefineParams
-from lodbench.kernels.refine.reference import Reference, Wave, largest_error
+from lodbench.kernels.refine.reference import Reference, largest_error
 from lodbench.kernels.subject import DeviceSubject, Step
 from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Stored
 
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
 TOLERANCE = 2e-6  # a dozen float32 roundings, relative to the largest operand
 CHECKED = 64  # coarse triangles that a check looks at
-DISPLACEMENT_FLOPS = 90
 
 
 def _joined(parts: Sequence[Floats]) -> Floats:
@@ -62,11 +62,13 @@ class Refined(DeviceSubject):
         self._mesh, self._params = canonical(mesh), params
         self._corners = corner_attributes(self._mesh)
         self._diagonal = min(max(mesh.diagonal, 2.0**-126), 3.4e38)  # finite, and its inverse
-        away = float(np.abs(mesh.positions).max(initial=0))
-        self._wave_unit = max(self._diagonal, 2.0**-40 * away)  # squares of distances are finite
+        self._displacement = Displacement(params, mesh, self._diagonal)
         count = mesh.triangle_count
         with self.setup.host("upload"):
             corners = self.upload("corners", self._corners, np.float32, (None, 19))
+            self._table = self.upload(
+                "table", self._displacement.table(), np.uint32, role="pattern"
+            )
             patterns = [self._upload(params.segments >> k) for k in range(params.levels)]
         finest = lattice_vertex_count(params.segments)
         free = device.memory_limit - device.used_bytes
@@ -77,8 +79,8 @@ class Refined(DeviceSubject):
         with self.setup.host("build"):
             defines = kernel_defines(device, VERTEX_BYTES * self._capacity)
             self._chunk = defines["CHUNK"]
-            defines["DISPLACED"] = int(params.amplitude != 0)
-            program = device.build(*self.files, "refine/vertex.cl", defines=defines)
+            files = (*self._displacement.files, *self.files, "refine/vertex.cl")
+            program = device.build(*files, defines=defines | self._displacement.defines)
         self._surface = self.surface(program, corners)
         self._levels = [self._level(program, *pattern) for pattern in patterns]
         with self.setup.host("first_launch"):
@@ -131,7 +133,7 @@ class Refined(DeviceSubject):
         triangles = batch.count // len(batch.launches)
         first = launch is level.batches[0].launches[0]
         size = (VERTEX_BYTES * level.vertices + 4 * self._surface.shape[1]) * triangles
-        flops = self.flops + (DISPLACEMENT_FLOPS if self._params.amplitude else 0)
+        flops = self.flops + self._displacement.flops
         pattern = 8 * level.vertices if first else 0
         return Step(launch, launch.stage, size + pattern, flops * level.vertices * triangles)
 
@@ -140,7 +142,8 @@ class Refined(DeviceSubject):
             "pattern": level.weights,
             "positions": self._positions,
             "normals": self._normals,
-            "displacement": self._wave(0.0),
+            "displacement": self._displacement.value(0.0),
+            "table": self._table,
             "pattern_stride": level.weights.shape[1],
             "last_row": level.vertices - level.segments - 1,
             "pattern_vertices": level.vertices,
@@ -161,11 +164,6 @@ class Refined(DeviceSubject):
         )
         return [launch]
 
-    def _wave(self, time: float) -> tuple[float, float, float, float]:
-        """Amplitude in model units, waves per diagonal, phase in turns, 1 / diagonal."""
-        params = self._params
-        return params.amplitude * self._diagonal, params.waves, -(time % 1.0), 1 / self._wave_unit
-
     def _choose(self, frame: Frame) -> Level:
         """The finest level within `near`, one coarser for each doubling of the eye's distance from the box."""
         if frame.view is None:
@@ -181,10 +179,10 @@ class Refined(DeviceSubject):
         level, self._time = self._choose(frame), frame.time
         self._drawn = level
         self.output = (level.surface,) if len(level.batches) <= 1 else ()
-        if self._params.amplitude:
+        if self._displacement.is_any:
             for batch in level.batches:
                 for launch in batch.launches:
-                    launch.set(displacement=self._wave(frame.time))
+                    launch.set(displacement=self._displacement.value(frame.time))
         return level.steps
 
     def _read(self) -> Iterator[tuple[Batch, Floats, Floats]]:
@@ -224,8 +222,7 @@ class Refined(DeviceSubject):
         """Points and normals of some coarse triangles, spread over the mesh, against float64."""
         total = self._mesh.triangle_count
         chosen = np.unique(np.linspace(0, max(total - 1, 0), min(CHECKED, total)).astype(np.int64))
-        amplitude, waves, phase, inverse = self._wave(self._time)
-        wave = Wave(amplitude, 2 * np.pi * waves * inverse, 2 * np.pi * phase)
+        height = self._displacement.height(self._time)
         worst = 0.0
         for batch, positions, normals in self._read():
             rows = chosen[(chosen >= batch.first) & (chosen < batch.first + batch.count)]
@@ -237,7 +234,7 @@ class Refined(DeviceSubject):
                     normals[here],
                     corners[:, 0],
                     corners[:, 1],
-                    wave,
+                    height,
                     self.expected(rows),
                 )
                 worst = float(np.max([worst, error]))  # NaN is the worst of all

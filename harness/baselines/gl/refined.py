@@ -15,6 +15,7 @@ from lodbench.harness.baselines.gl.driver import Canvas, assign, context, view_u
 from lodbench.kernels.opencl import Timeline
 from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.refine.attributes import canonical
+from lodbench.kernels.refine.displacement import Wave
 from lodbench.kernels.refine.lattice import (
     lattice_triangles,
     lattice_vertex_count,
@@ -22,7 +23,7 @@ from lodbench.kernels.refine.lattice import (
     refined_mesh,
 )
 from lodbench.kernels.refine.pattern.reference import flat
-from lodbench.kernels.refine.reference import Wave, largest_error
+from lodbench.kernels.refine.reference import largest_error
 from lodbench.kernels.refine.refined import TOLERANCE
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.raster import Side

@@ -18,6 +18,7 @@ from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Parameters
 from lodbench.kernels.refine.attributes import canonical
+from lodbench.kernels.refine.displacement import Wave
 from lodbench.kernels.refine.lattice import (
     Segments,
     lattice_vertex_count,
@@ -25,7 +26,7 @@ from lodbench.kernels.refine.lattice import (
     refined_mesh,
 )
 from lodbench.kernels.refine.pattern.reference import flat
-from lodbench.kernels.refine.reference import Wave, largest_error
+from lodbench.kernels.refine.reference import largest_error
 from lodbench.kernels.refine.refined import TOLERANCE
 from lodbench.kernels.system import Check, Frame
 

@@ -1,7 +1,7 @@
 """Generic mesh refinement: one stored pattern of barycentric vertices, evaluated over every coarse triangle.
 
 What stays in memory is the pattern and the coarse triangles' attributes, whatever the depth of refinement.
-Flat interpolation, or a sine displacement along the normal whose normal is corrected by the chain rule
+Flat interpolation, or a displacement along the normal by a sine or noise, whose normal is corrected by the chain rule
 (reconstruction: the paper does not say how). Level of detail: nested patterns, one chosen per object by distance.
 
 Source: Boubekeur & Schlick, Generic Mesh Refinement on GPU, Graphics Hardware 2005, sections 3.2, 3.3, 4 and 5.
@@ -31,6 +31,8 @@ SYSTEM = System(
         "flat_64": Params(64),
         "flat_128": Params(128),
         "sine_64": Params(64, amplitude=0.02),
+        "perlin_64": Params(64, displacement="perlin", amplitude=0.02),
+        "turbulence_64": Params(64, displacement="turbulence", amplitude=0.02),
         "per_triangle_64": Params(64, draw="per_triangle"),
         "per_triangle_128": Params(128, draw="per_triangle"),
         "levels_64": Params(64, levels=7),

@@ -7,10 +7,11 @@
 //           normals    float[3 * vertices]        packed, unit length
 // Needs     refine/pattern/surface.cl, common/lattice_walk.cl
 // Plain     refine/pattern/reference.py
-// Defines   CHUNK (a multiple of eight), DISPLACED (1: sine displacement), STREAMING (common/packed.cl)
+// Defines   CHUNK (a multiple of eight), DISPLACED (1: common/sine.cl or noise.cl stands in front), STREAMING (common/packed.cl)
 
 __kernel void pattern_vertex_single(
     __global const float *restrict pattern,
+    __global const uint *restrict table, // of the displacement
     __global float *restrict positions,
     __global float *restrict normals,
     const float4 p0, // fourth lane: 1 where edge P1 P2 begins at P2
@@ -30,7 +31,7 @@ __kernel void pattern_vertex_single(
     if (chunk >= end) return;
 
     const lattice_pattern lattice = {pattern, pattern_stride, last_row};
-    const Displacement d = {displacement.x, displacement.y, displacement.z, displacement.w};
+    const Displacement d = {displacement.x, displacement.y, displacement.z, displacement.w, table};
     const ulong v = chunk > first_vertex ? chunk : first_vertex;
     const uint count = (uint)((chunk + CHUNK < end ? chunk + CHUNK : end) - v);
     const lattice_surface s = {p0.xyz, p1.xyz, p2.xyz, n0.xyz, n1.xyz, n2.xyz, p0.w > 0.0f};

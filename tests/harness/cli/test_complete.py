@@ -1,6 +1,7 @@
 import os
 import subprocess
 import sys
+from typing import get_args, get_type_hints
 
 import pytest
 
@@ -10,6 +11,7 @@ from lodbench.harness.cli.app import main
 from lodbench.harness.plan import registry
 from lodbench.harness.plan.table import tables
 from lodbench.kernels.geometry_image.parameterisation import MODES
+from lodbench.kernels.refine.params import RefineParams
 from lodbench.kernels.render import COLOURS
 
 
@@ -76,6 +78,9 @@ def test_names_are_those_of_the_registry_and_the_tables():
     assert set(complete.tables()) == set(tables())
     assert set(complete.colours()) == set(COLOURS)
     assert set(complete.modes()) == set(MODES)
+    kinds = get_type_hints(RefineParams)["displacement"]
+    assert complete.DISPLACEMENTS == get_args(kinds)
+    assert complete.displacements() == ("sine:", "perlin:", "turbulence:")
 
 
 def test_dataset_names_are_those_of_the_catalogue(monkeypatch, tmp_path):

@@ -73,12 +73,22 @@ def test_refine_does_what_its_options_say(tmp_path, device):
         (["--segments", "3"], {"segments": 3}),
         (["--no-weld"], {"weld": False}),
         (["--displace", "0.02"], {"amplitude": 0.02, "waves": 8.0}),
-        (["--displace", "0.02", "--waves", "3"], {"amplitude": 0.02, "waves": 3.0}),
+        (["--displace", "0.02,3"], {"amplitude": 0.02, "waves": 3.0}),
+        (
+            ["--displace", "perlin:0.03,5"],
+            {"displacement": "perlin", "amplitude": 0.03, "waves": 5.0},
+        ),
     ):
         assert main(["refine", str(coarse), str(out), "--quiet", *words]) == 0
         found, expected = read_mesh(out), refine_mesh(device, TORUS, **options).mesh
         assert np.array_equal(found.positions, expected.positions), words
         assert np.array_equal(found.triangles, expected.triangles), words
+
+
+@pytest.mark.parametrize("word", ["high", "perlin:", "perlin:0.1,2,3", "0.1,,"])
+def test_displacement_that_is_none_is_said_in_one_line(word, tmp_path, capsys):
+    assert main(["refine", "icosphere_1", str(tmp_path / "out.ply"), "--displace", word]) == 2
+    assert f"displace: expected [KIND:]HEIGHT[,WAVES], got {word!r}" in capsys.readouterr().err
 
 
 def test_a_dataset_is_written_to_standard_output(piped, tmp_path):

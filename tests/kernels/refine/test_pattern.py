@@ -7,11 +7,12 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, plane, torus
 from lodbench.kernels.opencl.device import Device, Unsupported
 from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.refine.displacement import Wave
 from lodbench.kernels.refine.lattice import lattice_vertex_count
 from lodbench.kernels.refine.pattern import Params, refine
 from lodbench.kernels.refine.pattern.host import Pattern
 from lodbench.kernels.refine.pattern.reference import flat
-from lodbench.kernels.refine.reference import Wave, largest_error, refined
+from lodbench.kernels.refine.reference import largest_error, refined
 from lodbench.kernels.stages.camera import look_at
 from lodbench.kernels.stages.raster import Raster
 from lodbench.kernels.system import Frame, View, run
