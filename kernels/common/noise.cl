@@ -13,75 +13,102 @@
 
 #define NOISE_FARTHEST 1e9f // lattice cells from the origin: beyond, floats have no fractions anyway
 
-// one of the twelve directions from the middle of a cube to its edges
-static inline float3 noise_gradient(const uint hash)
+// the hashes of a cell's eight corners, in bits of their number x y z, eight cells at a time
+static inline void noise_hashes(const int8 i, const int8 j, const int8 k, __global const uint *table, int hashes[8][8])
 {
-    const uint h = hash & 15;
-    const float one = h & 1 ? -1.0f : 1.0f, two = h & 2 ? -1.0f : 1.0f;
-    const bool again = h == 12 || h == 14;
-    return (float3)((h < 8 ? one : 0.0f) + (again ? two : 0.0f), (h < 8 ? 0.0f : one) + (h < 4 ? two : 0.0f),
-        h < 4 || again ? 0.0f : two);
+    int cells[3][8];
+    vstore8(i & 255, 0, cells[0]);
+    vstore8(j & 255, 0, cells[1]);
+    vstore8(k & 255, 0, cells[2]);
+    for (uint lane = 0; lane < 8; ++lane) {
+        const uint x = cells[0][lane], y = cells[1][lane], z = cells[2][lane];
+        const uint a = table[x] + y, b = table[x + 1] + y;
+        const uint aa = table[a] + z, ab = table[a + 1] + z, ba = table[b] + z, bb = table[b + 1] + z;
+        hashes[0][lane] = table[aa], hashes[1][lane] = table[ba];
+        hashes[2][lane] = table[ab], hashes[3][lane] = table[bb];
+        hashes[4][lane] = table[aa + 1], hashes[5][lane] = table[ba + 1];
+        hashes[6][lane] = table[ab + 1], hashes[7][lane] = table[bb + 1];
+    }
 }
 
-static inline float noise_dot(const float3 a, const float x, const float y, const float z)
+// one of the twelve directions from the middle of a cube to its edges, and in w how far (x, y, z) lies along it
+static inline fours8 noise_gradient(const int8 hash, const float8 x, const float8 y, const float8 z)
 {
-    return a.x * x + a.y * y + a.z * z;
+    const int8 h = hash & 15, one = as_int8((float8)(1.0f));
+    const int8 u = one ^ (h << 31), v = one ^ ((h & 2) << 30); // 1 or -1 by the low two bits
+    const int8 low = h < 8, lowest = h < 4, again = (h == 12) | (h == 14);
+    fours8 g;
+    g.x = as_float8((u & low) | (v & again)); // never both
+    g.y = as_float8(u & ~low) + as_float8(v & lowest);
+    g.z = as_float8(v & ~(lowest | again));
+    g.w = fma(g.z, z, fma(g.y, y, g.x * x));
+    return g;
 }
 
-// the noise at q, -1 to 1, and its gradient
-static inline float4 noise_at(const float3 q, __global const uint *table)
+static inline float8 noise_mix(const float8 a, const float8 b, const float8 t) { return fma(t, b - a, a); }
+
+static inline fours8 noise_mixed(const fours8 a, const fours8 b, const float8 t)
 {
-    const float3 cell = (float3)(floor(q.x), floor(q.y), floor(q.z));
-    const float x = q.x - cell.x, y = q.y - cell.y, z = q.z - cell.z;
-    const uint i = (uint)(int)cell.x & 255, j = (uint)(int)cell.y & 255, k = (uint)(int)cell.z & 255;
-    const uint a = table[i] + j, b = table[i + 1] + j;
-    const uint aa = table[a] + k, ab = table[a + 1] + k, ba = table[b] + k, bb = table[b + 1] + k;
-    const float3 g0 = noise_gradient(table[aa]), g1 = noise_gradient(table[ba]), g2 = noise_gradient(table[ab]);
-    const float3 g3 = noise_gradient(table[bb]), g4 = noise_gradient(table[aa + 1]), g5 = noise_gradient(table[ba + 1]);
-    const float3 g6 = noise_gradient(table[ab + 1]), g7 = noise_gradient(table[bb + 1]);
-    const float n0 = noise_dot(g0, x, y, z), n1 = noise_dot(g1, x - 1, y, z), n2 = noise_dot(g2, x, y - 1, z);
-    const float n3 = noise_dot(g3, x - 1, y - 1, z), n4 = noise_dot(g4, x, y, z - 1);
-    const float n5 = noise_dot(g5, x - 1, y, z - 1), n6 = noise_dot(g6, x, y - 1, z - 1);
-    const float n7 = noise_dot(g7, x - 1, y - 1, z - 1);
-    const float u = x * x * x * (x * (x * 6 - 15) + 10), v = y * y * y * (y * (y * 6 - 15) + 10);
-    const float w = z * z * z * (z * (z * 6 - 15) + 10);
-    const float du = 30 * x * x * (x * (x - 2) + 1), dv = 30 * y * y * (y * (y - 2) + 1);
-    const float dw = 30 * z * z * (z * (z - 2) + 1);
-    // the trilinear blend by powers of u, v and w
-    const float ku = n1 - n0, kv = n2 - n0, kw = n4 - n0, kuv = n0 - n1 - n2 + n3, kvw = n0 - n2 - n4 + n6;
-    const float kuw = n0 - n1 - n4 + n5, kuvw = n1 + n2 - n3 + n4 - n5 - n6 + n7 - n0;
-    const float3 blend = g0 + (g1 - g0) * u + (g2 - g0) * v + (g4 - g0) * w + (g0 - g1 - g2 + g3) * (u * v) +
-                         (g0 - g2 - g4 + g6) * (v * w) + (g0 - g1 - g4 + g5) * (u * w) +
-                         (g1 + g2 - g3 + g4 - g5 - g6 + g7 - g0) * (u * v * w);
-    return (float4)(blend.x + du * (ku + kuv * v + kuw * w + kuvw * v * w),
-        blend.y + dv * (kv + kuv * u + kvw * w + kuvw * u * w), blend.z + dw * (kw + kvw * v + kuw * u + kuvw * u * v),
-        n0 + ku * u + kv * v + kw * w + kuv * u * v + kvw * v * w + kuw * u * w + kuvw * u * v * w);
+    const fours8 m = {noise_mix(a.x, b.x, t), noise_mix(a.y, b.y, t), noise_mix(a.z, b.z, t), noise_mix(a.w, b.w, t)};
+    return m;
+}
+
+static inline float8 noise_fade(const float8 t) { return t * t * t * fma(t, fma(t, (float8)(6.0f), (float8)(-15.0f)), (float8)(10.0f)); }
+static inline float8 noise_slope(const float8 t) { return 30.0f * t * t * fma(t, t - 2.0f, (float8)(1.0f)); }
+
+// the noise at q, -1 to 1, in w, and its gradient
+static inline fours8 noise_at(const planes8 q, __global const uint *table)
+{
+    const float8 cx = floor(q.x), cy = floor(q.y), cz = floor(q.z);
+    const float8 x = q.x - cx, y = q.y - cy, z = q.z - cz;
+    int hashes[8][8];
+    noise_hashes(convert_int8(cx), convert_int8(cy), convert_int8(cz), table, hashes);
+    fours8 g[8];
+    for (uint corner = 0; corner < 8; ++corner)
+        g[corner] = noise_gradient(vload8(0, hashes[corner]), corner & 1 ? x - 1.0f : x, corner & 2 ? y - 1.0f : y,
+            corner & 4 ? z - 1.0f : z);
+    const float8 u = noise_fade(x), v = noise_fade(y), w = noise_fade(z);
+    const fours8 near_low = noise_mixed(g[0], g[1], u), near_high = noise_mixed(g[2], g[3], u);
+    const fours8 far_low = noise_mixed(g[4], g[5], u), far_high = noise_mixed(g[6], g[7], u);
+    const fours8 near = noise_mixed(near_low, near_high, v), far = noise_mixed(far_low, far_high, v);
+    fours8 sum = noise_mixed(near, far, w);
+    // the blend changes too: along x by the differences of the corners, along y and z by those of what was blended
+    const float8 along_x = noise_mix(
+        noise_mix(g[1].w - g[0].w, g[3].w - g[2].w, v), noise_mix(g[5].w - g[4].w, g[7].w - g[6].w, v), w);
+    const float8 along_y = noise_mix(near_high.w - near_low.w, far_high.w - far_low.w, w);
+    sum.x = fma(noise_slope(x), along_x, sum.x);
+    sum.y = fma(noise_slope(y), along_y, sum.y);
+    sum.z = fma(noise_slope(z), far.w - near.w, sum.z);
+    return sum;
 }
 
 // one vector; n has unit length
 static inline void displace_eight(planes8 *p, planes8 *n, const Displacement d)
 {
-    const planes8 q = displacement_in_diagonals(*p, d);
-    float x[8], y[8], z[8], height[8], gx[8], gy[8], gz[8];
+    planes8 q = displacement_in_diagonals(*p, d);
     const float8 far = (float8)(NOISE_FARTHEST);
-    vstore8(max(min(q.x * d.waves, far), -far), 0, x);
-    vstore8(max(min(q.y * d.waves, far), -far), 0, y);
-    vstore8(max(min(fma(q.z, (float8)(d.waves), (float8)(d.phase)), far), -far), 0, z);
-    for (uint lane = 0; lane < 8; ++lane) {
-        float4 sum = (float4)(0.0f);
-        float finer = 1.0f, lower = 1.0f;
-        for (uint octave = 0; octave < OCTAVES; ++octave) {
-            float4 one = noise_at((float3)(x[lane], y[lane], z[lane]) * finer, d.table);
-            if (TURBULENT && one.w < 0.0f) one = -one;
-            sum.w += one.w * lower;
-            sum.x += one.x, sum.y += one.y, sum.z += one.z; // finer times lower is one
-            finer *= 2.0f, lower *= 0.5f;
-        }
-        height[lane] = sum.w, gx[lane] = sum.x, gy[lane] = sum.y, gz[lane] = sum.z;
+    q.x = max(min(q.x * d.waves, far), -far);
+    q.y = max(min(q.y * d.waves, far), -far);
+    q.z = max(min(fma(q.z, (float8)(d.waves), (float8)(d.phase)), far), -far);
+    fours8 sum = noise_at(q, d.table);
+    if (TURBULENT) {
+        const int8 sign = as_int8(sum.w) & (int)0x80000000;
+        sum.x = as_float8(as_int8(sum.x) ^ sign), sum.y = as_float8(as_int8(sum.y) ^ sign);
+        sum.z = as_float8(as_int8(sum.z) ^ sign), sum.w = as_float8(as_int8(sum.w) ^ sign);
+    }
+    float lower = 1.0f;
+    for (uint octave = 1; octave < OCTAVES; ++octave) {
+        q.x *= 2.0f, q.y *= 2.0f, q.z *= 2.0f, lower *= 0.5f;
+        const fours8 one = noise_at(q, d.table);
+        const int8 sign = TURBULENT ? as_int8(one.w) & (int)0x80000000 : (int8)(0);
+        sum.w = fma(as_float8(as_int8(one.w) ^ sign), (float8)(lower), sum.w);
+        sum.x += as_float8(as_int8(one.x) ^ sign); // twice as fine and half as high: as steep
+        sum.y += as_float8(as_int8(one.y) ^ sign);
+        sum.z += as_float8(as_int8(one.z) ^ sign);
     }
     const float steep = d.amplitude * d.inverse * d.waves;
-    const planes8 g = {vload8(0, gx) * steep, vload8(0, gy) * steep, vload8(0, gz) * steep};
-    *p = displacement_raised(*p, *n, vload8(0, height) * d.amplitude);
+    const planes8 g = {sum.x * steep, sum.y * steep, sum.z * steep};
+    *p = displacement_raised(*p, *n, sum.w * d.amplitude);
     *n = displacement_tilted(*n, g);
 }
 
