@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from lodbench.datasets_gen.shapes import blob_with_ears
@@ -10,11 +9,6 @@ from lodbench.kernels.geometry_image.quadtree_lod import SYSTEM, Params
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.system import run
 from tests.kernels.geometry_image.test_quadtree_lod import bumpy_image
-
-
-@pytest.fixture(autouse=True)
-def own_cache(monkeypatch, tmp_path):
-    monkeypatch.setenv("LODBENCH_CACHE", str(tmp_path))
 
 
 def test_farther_view_sees_the_centre_where_it_was_and_smaller():

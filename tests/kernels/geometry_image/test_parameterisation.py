@@ -30,13 +30,6 @@ from tests.tolerances import FLOAT64_STAR, SPHERE_DEGREE
 SMALLEST = ("knight_1k", "goathead_od", "spot", "wingnut_od", "elephant_mesh")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("LODBENCH_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
-
-
 def box():
     corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)])
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]

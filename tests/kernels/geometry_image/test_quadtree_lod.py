@@ -26,13 +26,6 @@ from lodbench.kernels.system import Frame, View, run
 WIDTH, HEIGHT = 640, 480
 
 
-@pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("LODBENCH_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
-
-
 def bumpy_image(n, seed=0, height=0.05):
     """A sphere with bumps of two sizes, sampled straight into the image: seam duplicates bit-equal, closed."""
     directions = octahedron.sample_directions(n)
