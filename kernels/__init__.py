@@ -11,10 +11,10 @@ from lodbench.kernels.api import (
     tessellate_surface,
 )
 from lodbench.kernels.opencl import Device, DeviceError, Unsupported
-from lodbench.kernels.render import render
+from lodbench.kernels.render import render, turntable
 from lodbench.kernels.result import Result
 
 __all__ = [
     "Device", "DeviceError", "Result", "Unsupported",
-    "simplify", "simplify_mesh", "refine", "refine_mesh", "tessellate", "tessellate_surface", "render",
+    "simplify", "simplify_mesh", "refine", "refine_mesh", "tessellate", "tessellate_surface", "render", "turntable",
 ]  # fmt: skip

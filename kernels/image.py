@@ -24,6 +24,17 @@ def write_png(path: str | PathLike[str], image: Image) -> None:
     write_file(path, png_bytes(image))
 
 
+def gif_bytes(images: Image, seconds: float) -> bytes:
+    """A GIF that shows (n, height, width, 3) uint8 again and again, all of them in so many seconds."""
+    from PIL import Image as Pillow
+
+    first, *others = (Pillow.fromarray(image).quantize(256) for image in images)
+    packed = io.BytesIO()
+    each = max(round(1000 * seconds / len(images)), 20)  # ms; viewers slow down what is shorter
+    first.save(packed, "GIF", save_all=True, append_images=others, duration=each, loop=0)
+    return packed.getvalue()
+
+
 def png_bytes(image: Image) -> bytes:
     """The PNG file of an image; errors as `write_png`."""
     image = np.asarray(image)

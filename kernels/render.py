@@ -1,7 +1,8 @@
-"""render: a picture of a mesh in one call."""
+"""render and turntable: pictures of a mesh in one call."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
@@ -13,7 +14,7 @@ from lodbench.kernels.api import open_device
 from lodbench.kernels.inputs import as_mesh, with_triangles
 from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Range, check
-from lodbench.kernels.stages.camera import TABLE_SIZE, fit_points, moved
+from lodbench.kernels.stages.camera import TABLE_SIZE, distance_to_show, fit_points, look_at, moved
 from lodbench.kernels.stages.raster import Raster, Side
 from lodbench.kernels.stages.shading import Shading
 from lodbench.kernels.system import DeviceSurface, Frame, View
@@ -37,6 +38,16 @@ def upload_surface(device: Device, mesh: TriangleMesh, normals: bool = True) -> 
     )
 
 
+def _direction(camera: tuple[float, float], up: str) -> NDArray[np.float64]:
+    """From a mesh to the eye at this azimuth and elevation, degrees: (3,), unit length."""
+    check("up", up, Literal["x", "y", "z"])
+    around, above = np.radians(check("camera", camera, tuple[float, float]))
+    right = np.array((0.0, -1.0, 0.0) if up == "x" else UP["x"])
+    front = np.cross(right, UP[up])
+    level = right * np.sin(around) + front * np.cos(around)
+    return level * np.cos(above) + np.array(UP[up]) * np.sin(above)
+
+
 def mesh_view(
     mesh: TriangleMesh,
     camera: tuple[float, float] = CAMERA,
@@ -54,13 +65,8 @@ def mesh_view(
     Raises:
         ValueError: an unknown axis, a size out of range, or angles that are no numbers.
     """
-    check("up", up, Literal["x", "y", "z"])
     size = check("size", size, tuple[Side, Side])
-    around, above = np.radians(check("camera", camera, tuple[float, float]))
-    right = np.array((0.0, -1.0, 0.0) if up == "x" else UP["x"])
-    front = np.cross(right, UP[up])
-    level = right * np.sin(around) + front * np.cos(around)
-    direction = level * np.cos(above) + np.array(UP[up]) * np.sin(above)
+    direction = _direction(camera, up)
     points = mesh.positions if mesh.vertex_count else np.zeros((1, 3))
     view = fit_points(points, direction, size, up=UP[up])
     return view if mesh.origin is None else moved(view, mesh.origin)
@@ -97,6 +103,8 @@ def _shading(
     colour_map: str | ArrayLike,
     colour_range: tuple[float, float] | None,
 ) -> Shading:
+    wireframe, cull = check("wireframe", wireframe, bool), check("cull", cull, bool)
+    colour_range = check("colour_range", colour_range, tuple[float, float] | None)
     if isinstance(colour, str):
         if colour not in COLOURS:
             raise ValueError(
@@ -176,21 +184,63 @@ def render(
         view = mesh_view(mesh.with_origin(None), camera or CAMERA, size, up)
     else:
         view = camera if mesh.origin is None else moved(camera, -mesh.origin)
-    wireframe, cull = check("wireframe", wireframe, bool), check("cull", cull, bool)
-    colour_range = check("colour_range", colour_range, tuple[float, float] | None)
     shading = _shading(mesh, colour, wireframe, cull, colour_map, colour_range)
-    samples = check(
-        "samples",
-        samples,
-        Annotated[int, Range(1, max(MOST_PIXELS // max(view.width, view.height), 1))],
-    )
-    drawn = replace(view, width=view.width * samples, height=view.height * samples)
+    (image,) = _pictures(open_device(device), mesh, [view], shading, samples)
+    return image
+
+
+def turntable(
+    points: Any,
+    faces: Any = None,
+    frames: int = 36,
+    camera: tuple[float, float] = CAMERA,
+    size: tuple[int, int] = (640, 512),
+    colour: str | ArrayLike = "smooth",
+    *,
+    wireframe: bool = False,
+    cull: bool = False,
+    samples: int = 2,
+    up: str = "y",
+    colour_map: str | ArrayLike = "viridis",
+    colour_range: tuple[float, float] | None = None,
+    device: Device | str | None = None,
+) -> NDArray[np.uint8]:
+    """Pictures of a mesh from all around, (frames, height, width, 3) uint8, from one distance that shows it whole.
+
+    Args:
+        frames: how many, 1 to 1,000, in equal steps of azimuth from that of `camera` on.
+        camera: azimuth of the first and elevation of all, degrees.
+
+    The other arguments and errors are those of `render`.
+    """
+    frames = check("frames", frames, Annotated[int, Range(1, 1000)])
+    size = check("size", size, tuple[Side, Side])
+    around, above = check("camera", camera, tuple[float, float])
+    mesh = with_triangles(as_mesh(points, faces)).with_origin(None)
+    low, high = mesh.box if mesh.vertex_count else (np.zeros(3), np.zeros(3))
+    middle = (np.asarray(low, np.float64) + np.asarray(high, np.float64)) / 2
+    points = mesh.positions if mesh.vertex_count else np.zeros((1, 3))
+    ways = [_direction((around + 360 * k / frames, above), up) for k in range(frames)]
+    away = max(distance_to_show(points, middle, way, size, up=UP[up]) for way in ways)
+    views = [look_at(middle + away * way, middle, UP[up], size=size) for way in ways]
+    shading = _shading(mesh, colour, wireframe, cull, colour_map, colour_range)
+    return np.stack(list(_pictures(open_device(device), mesh, views, shading, samples)))
+
+
+def _pictures(
+    device: Device, mesh: TriangleMesh, views: Sequence[View], shading: Shading, samples: int
+) -> Iterator[NDArray[np.uint8]]:
+    """The mesh as each view sees it, all of one size, `samples` squared points per pixel."""
+    width, height = views[0].width, views[0].height
+    most = Range(1, max(MOST_PIXELS // max(width, height), 1))
+    samples = check("samples", samples, Annotated[int, most])
     shading = replace(shading, line_width=shading.line_width * samples)
-    opened = open_device(device)
-    surface = upload_surface(opened, mesh, normals=shading.smooth)
-    raster = Raster(opened, [surface], drawn.width, drawn.height, shading)
-    raster([surface], Frame(drawn), Timeline())
-    return _mean(raster.image(), samples)
+    surface = upload_surface(device, mesh, normals=shading.smooth)
+    raster = Raster(device, [surface], width * samples, height * samples, shading)
+    for view in views:
+        drawn = replace(view, width=width * samples, height=height * samples)
+        raster([surface], Frame(drawn), Timeline())
+        yield _mean(raster.image(), samples)
 
 
 def _mean(image: NDArray[np.uint8], samples: int) -> NDArray[np.uint8]:

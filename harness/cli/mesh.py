@@ -185,6 +185,9 @@ def refine(
     _finish(result, found, target, started, json_output, quiet)
 
 
+SECONDS_PER_TURN = 4.0
+
+
 def _numbers(option: str, text: str, separator: str, kind: type) -> tuple[Any, Any]:
     """Two numbers of one word, such as 1280x1024 or 30,20."""
     try:
@@ -199,9 +202,15 @@ def render(
     source: InArgument,
     out: Annotated[
         Path,
-        typer.Argument(metavar="OUT", help="Where the picture goes: PNG; - for standard output."),
+        typer.Argument(metavar="OUT", help="PNG, or GIF for a full turn; - for standard output."),
     ],
-    size: Annotated[str, typer.Option("--size", help="Pixels: WIDTHxHEIGHT.")] = "1280x1024",
+    size: Annotated[
+        str | None,
+        typer.Option("--size", help="Pixels: WIDTHxHEIGHT; 1280x1024, of a turn 640x512."),
+    ] = None,
+    frames: Annotated[
+        int | None, typer.Option("--turntable", help="Frames of a full turn, as a GIF.")
+    ] = None,
     camera: Annotated[
         str, typer.Option("--camera", help="AZIMUTH,ELEVATION of the eye, degrees.")
     ] = "30,20",
@@ -221,33 +230,40 @@ def render(
     json_output: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """A picture of a mesh.
+    """A picture of a mesh, or a full turn of it.
 
     Example: lodbench render small.ply small.png --camera 120,10 --wireframe
+
+    Turning: lodbench render small.ply small.gif --turntable 12 --size 160x128
 
     Piped: lodbench datasets make terrain_2k - | lodbench render - terrain.png --up z
     """
     from lodbench.kernels import Device
-    from lodbench.kernels.image import png_bytes
-    from lodbench.kernels.render import render as draw
+    from lodbench.kernels import render as draw
+    from lodbench.kernels import turntable as draw_turning
+    from lodbench.kernels.image import gif_bytes, png_bytes
 
-    pixels = _numbers("size", size, "x", int)
-    angles = _numbers("camera", camera, ",", float)
     target = Target(out)
-    target.check(".png")
+    turning = out.suffix.lower() == ".gif" or frames is not None
+    target.check(*(() if target.piped else (".gif",) if frames is not None else (".png", ".gif")))
+    pixels = _numbers("size", size or ("640x512" if turning else "1280x1024"), "x", int)
+    look: dict[str, Any] = {
+        "camera": _numbers("camera", camera, ",", float), "size": pixels, "colour": colour,
+        "wireframe": wireframe, "cull": cull, "up": up, "device": Device.open(device),
+    }  # fmt: skip
     mesh = read_source(source).triangles().surface
-    opened = Device.open(device)
     started = time.perf_counter()
-    image = draw(
-        mesh, camera=angles, size=pixels, colour=colour, wireframe=wireframe, cull=cull, up=up,
-        device=opened,
-    )  # fmt: skip
-    target.write(png_bytes(image))
+    if turning:
+        content = gif_bytes(draw_turning(mesh, frames=frames or 36, **look), SECONDS_PER_TURN)
+    else:
+        content = png_bytes(draw(mesh, **look))
+    target.write(content)
     facts = {"out": out, "triangles_in": mesh.triangle_count, "width": pixels[0],
              "height": pixels[1], "wall_s": time.perf_counter() - started}  # fmt: skip
     if json_output:
         target.say_json(facts)
     elif not quiet:
         target.say(
-            f"{out}: {mesh.triangle_count:,} triangles, {size} pixels, {facts['wall_s']:.2f} s"
+            f"{out}: {mesh.triangle_count:,} triangles, {pixels[0]}x{pixels[1]} pixels, "
+            f"{facts['wall_s']:.2f} s"
         )

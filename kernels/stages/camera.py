@@ -180,6 +180,28 @@ def fit_points(
     )
 
 
+def distance_to_show(
+    points: ArrayLike,
+    target: ArrayLike,
+    direction: ArrayLike,
+    size: tuple[int, int] = TABLE_SIZE,
+    fov_y: float = FOV_Y,
+    margin: float = 1.06,
+    up: ArrayLike = _AXES["y"],
+) -> float:
+    """How far from `target`, along `direction`, an eye that looks at it has all points in the image.
+
+    The arguments are those of `fit_points`, which moves the eye aside where that brings it nearer.
+    """
+    direction = np.asarray(direction, np.float64)
+    basis = _basis(direction / np.linalg.norm(direction), np.asarray(up, np.float64))
+    across, upright, toward = basis @ (np.asarray(points, np.float64) - target).T
+    width, height = _size(size)
+    slope_y = float(np.tan(np.radians(fov_y) / 2)) / margin
+    needed = toward + np.maximum(np.abs(across) * height / width, np.abs(upright)) / slope_y
+    return float(needed.max()) or 1.0  # a single point is seen from anywhere
+
+
 def _in_the_middle(places: NDArray[np.float64], depth: NDArray[np.float64], start: float) -> float:
     """Where along an axis the eye sees as much of the points on one side as on the other; from `start`, which fits.
 

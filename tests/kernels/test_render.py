@@ -5,7 +5,7 @@ import trimesh
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere
 from lodbench.kernels.image import psnr
-from lodbench.kernels.render import colour_table, mesh_view, render
+from lodbench.kernels.render import colour_table, mesh_view, render, turntable
 
 SPHERE = icosphere(3)
 SIZE = (120, 90)
@@ -217,3 +217,26 @@ def test_render_of_a_scan(device, data_folder):
     mesh = read_mesh(data_folder / "meshes" / "bunny_69k.ply")
     image = render(mesh, size=SIZE, device=device)
     assert 0.2 < covered(image).mean() < 0.8
+
+
+@pytest.mark.parametrize("up", ["x", "y", "z"])
+def test_turntable_keeps_its_distance_and_shows_all(device, up):
+    tall = TriangleMesh(icosphere(1).positions * (1, 4, 2), icosphere(1).triangles)
+    images = turntable(tall, frames=8, size=(48, 40), up=up, colour="flat", device=device)
+    assert images.shape == (8, 40, 48, 3)
+    background = images[0][:, :1]
+    for image in images:
+        shown = (image != background).any(-1)
+        assert shown.any() and not shown[[0, -1]].any() and not shown[:, [0, -1]].any()
+    # half a turn on, a body that is its own image through its middle has an outline as large
+    outline = [(image != background).any(-1).sum() for image in images]
+    assert outline[0] == pytest.approx(outline[4], rel=0.06)
+
+
+def test_turntable_never_pulses(device):
+    ball = icosphere(3)
+    images = turntable(ball, frames=6, size=(40, 40), device=device)
+    sizes = [(image != image[:, :1]).any(-1).sum() for image in images]
+    assert max(sizes) - min(sizes) <= 0.03 * max(sizes)
+    with pytest.raises(ValueError, match="frames: expected 1 to 1000, got 0"):
+        turntable(ball, frames=0, device=device)

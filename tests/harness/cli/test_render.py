@@ -69,6 +69,19 @@ def test_render_refuses_wrong_words_with_one_line(mesh, tmp_path, capsys, words,
     assert not (tmp_path / "out.png").exists()
 
 
+def test_gif_shows_a_full_turn(mesh, tmp_path, capsys):
+    from PIL import Image
+
+    for name, words, frames in (("a.gif", ["--turntable", "5"], 5), ("b.gif", [], 36)):
+        out = tmp_path / name
+        assert main(["render", str(mesh), str(out), "--size", "48x32", *words]) == 0
+        with Image.open(out) as picture:
+            assert (picture.size, picture.n_frames) == ((48, 32), frames)
+            assert picture.info["loop"] == 0
+    assert main(["render", str(mesh), str(tmp_path / "c.png"), "--turntable", "5"]) == 2
+    assert "ends in .gif" in capsys.readouterr().err
+
+
 def test_render_refuses_another_kind_of_file(mesh, tmp_path, capsys):
     assert main(["render", str(mesh), str(tmp_path / "out.jpg")]) == 2
     assert "ends in .png" in capsys.readouterr().err

@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lodbench.kernels.stages.camera import (
+    distance_to_show,
     fit_box,
     fit_points,
     look_at,
@@ -127,3 +128,16 @@ def test_fit_refuses_what_is_no_box():
         fit_points(np.zeros((0, 3)))
     with pytest.raises(ValueError, match="direction: expected a finite vector"):
         fit_points([(0, 0, 0)], (0, 0, 0))
+
+
+@pytest.mark.parametrize("size", [(64, 48), (48, 64)])
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_distance_to_show_is_the_least_from_which_all_is_seen(size, scale):
+    points = np.random.default_rng(0).normal(size=(200, 3)) * (1, 3, 2) * scale
+    target, direction = np.array([0.1, 0.2, -0.1]) * scale, np.array([0.3, 0.4, 0.8])
+    away = distance_to_show(points, target, direction, size, margin=1.0)
+    for share, inside in ((1.0001, True), (0.99, False)):
+        eye = target + share * away * direction / np.linalg.norm(direction)
+        placed, _ = clip(look_at(eye, target, size=size), points)
+        assert (np.abs(placed[:, :2]).max() <= 1) == inside
+    assert distance_to_show(target[None], target, direction) == 1.0
