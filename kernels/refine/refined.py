@@ -70,6 +70,7 @@ class Refined(DeviceSubject):
                 "table", self._displacement.table(), np.uint32, role="pattern"
             )
             patterns = [self._upload(params.segments >> k) for k in range(params.levels)]
+        self._surface = self.surface(corners)
         finest = lattice_vertex_count(params.segments)
         free = device.memory_limit - device.used_bytes
         largest = device.facts.largest_allocation_bytes
@@ -81,7 +82,6 @@ class Refined(DeviceSubject):
             self._chunk = defines["CHUNK"]
             files = (*self._displacement.files, *self.files, "refine/vertex.cl")
             program = device.build(*files, defines=defines | self._displacement.defines)
-        self._surface = self.surface(program, corners)
         self._levels = [self._level(program, *pattern) for pattern in patterns]
         with self.setup.host("first_launch"):
             for level in reversed(self._levels):
@@ -89,7 +89,7 @@ class Refined(DeviceSubject):
                     step.enqueue(Timeline())
         self.warm_up()
 
-    def surface(self, program: Program, corners: Buffer) -> Buffer:
+    def surface(self, corners: Buffer) -> Buffer:
         """What the surface's kernels read of each triangle, (m, floats): the corners themselves, or made of them."""
         return corners
 

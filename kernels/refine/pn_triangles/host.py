@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl import Buffer, Device, Program
+from lodbench.kernels.opencl import Buffer, Device
 from lodbench.kernels.refine.cubic import CubicTriangles
 from lodbench.kernels.refine.pn_triangles.params import Params
 from lodbench.kernels.refine.pn_triangles.reference import curved, curved_with_linear_normals
@@ -17,6 +17,6 @@ class PnTriangles(CubicTriangles):
         self.reference = curved_with_linear_normals if self._linear else curved
         super().__init__(device, mesh, params)
 
-    def surface(self, program: Program, corners: Buffer) -> Buffer:
+    def surface(self, corners: Buffer) -> Buffer:
         """The coefficients of each triangle."""
         return self.coefficients("pn_triangles", corners, {"LINEAR": int(self._linear)})

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
-from lodbench.kernels.opencl import Buffer, Device, Program
+from lodbench.kernels.opencl import Buffer, Device
 from lodbench.kernels.refine.cubic import CubicTriangles
 from lodbench.kernels.refine.reference import Reference
 from lodbench.kernels.refine.st_triangles.params import Params
@@ -45,7 +45,7 @@ class StTriangles(CubicTriangles):
         self._vertex_tags = vertex_tags(mesh, params)
         super().__init__(device, mesh, params)
 
-    def surface(self, program: Program, corners: Buffer) -> Buffer:
+    def surface(self, corners: Buffer) -> Buffer:
         """The coefficients of each triangle."""
         self._tags = self._vertex_tags[self._mesh.triangles]  # (m, 3 corners, 3)
         tags = self.upload("tags", self._tags, np.float32, (None, 3, 3))

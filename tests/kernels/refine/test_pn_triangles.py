@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, plane, torus
-from lodbench.kernels import refine
+from lodbench.kernels import Device, refine
 from lodbench.kernels.refine import pattern
 from lodbench.kernels.refine.lattice import lattice_weights
 from lodbench.kernels.refine.pn_triangles import Params, PnTriangles
@@ -205,3 +205,13 @@ def test_method_is_reached_by_its_name():
     points, faces = refine(icosphere(1), segments=4, method="pn_triangles")
     assert len(faces) == 80 * 16
     assert np.linalg.norm(points, axis=1).min() > 0.993
+
+
+def test_what_does_not_fit_at_once_is_refined_in_batches():
+    mesh, segments = icosphere(2), 32
+    whole = PnTriangles(Device.open(), mesh, Params(segments)).result()[0]
+    small = Device.open(memory_limit=2_000_000)
+    parts = PnTriangles(small, mesh, Params(segments))
+    assert parts.footprint().batches > 1 and not parts.output
+    assert np.array_equal(parts.result()[0].positions, whole.positions)
+    assert parts.check().passed
