@@ -65,6 +65,11 @@ def test_rooms_of_the_harness_import_those_before_them(name):
             assert ROOMS.index(room(other)) <= ROOMS.index(room(name)), f"{name} imports {other}"
 
 
+@pytest.mark.parametrize("name", [name for name in GRAPH if room(name) in ("tables", "plan")])
+def test_tables_know_no_system_from_within(name):
+    assert not [other for other in GRAPH[name] if family(other)], GRAPH[name]
+
+
 def test_no_circle_of_imports():
     try:
         TopologicalSorter(GRAPH).prepare()
