@@ -137,7 +137,7 @@ class Device:
             files = ", ".join(name for name, _ in texts)
             raise DeviceError(
                 f"build of {files} failed on {self.handle.name.strip()} with options {options!r}:\n"
-                + ("\n".join(log) or str(error))
+                + processor.explained("\n".join(log) or str(error))
             ) from None
 
     def build(

@@ -25,6 +25,19 @@ NAMES = (
 )
 
 
+REFUSED = "unknown target CPU"  # of a build, where no name could be written
+
+
+def explained(text: str) -> str:
+    """A failed build's text, and what it means where the processor has no name."""
+    if REFUSED not in text:
+        return text
+    return (
+        f"{text}\nPoCL's compiler is older than this processor and knows no name for it: "
+        "a newer PoCL, or another OpenCL driver, is needed"
+    )
+
+
 def name_for(cpuinfo: str) -> str:
     """The name that LLVM has for the newest processor whose code this one can run, from `/proc/cpuinfo`'s text."""
     flags = next((line for line in cpuinfo.splitlines() if line.startswith("flags")), "").split()

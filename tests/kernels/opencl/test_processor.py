@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from lodbench.kernels.opencl.processor import name_for, name_unknown
+from lodbench.kernels.opencl.processor import explained, name_for, name_unknown
 
 NEW = "flags\t\t: fpu avx2 fma bmi2 f16c abm movbe sse4a avx512f"
 VERSION = "OpenCL 3.0 PoCL HSTR: pthread-x86_64-unknown-linux-gnu-generic"
@@ -57,6 +57,14 @@ def test_known_processor_is_left_alone(unlike):
     before = place.raw
     assert name_unknown(handle) == ""
     assert place.raw == before
+
+
+def test_failed_build_says_what_an_unknown_processor_means():
+    assert explained("a.cl:3:1: error: expected ';'") == "a.cl:3:1: error: expected ';'"
+    text = explained("error: unknown target CPU 'generic'")
+    assert (
+        text.startswith("error: unknown target CPU 'generic'\n") and "another OpenCL driver" in text
+    )
 
 
 def test_device_says_which_processor_it_compiles_for(device):
