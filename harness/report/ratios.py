@@ -6,7 +6,7 @@ from collections.abc import Container, Iterable
 from typing import Any
 
 from lodbench.harness.record.record import GroupRecord, SubjectRecord
-from lodbench.harness.report.statistics import noise, paired_ratio, unpaired_ratio
+from lodbench.harness.report.statistics import Ratio, noise, paired_ratio, unpaired_ratio
 
 LIKE_COUNTS = 0.05
 """Share of the larger by which two triangle counts may differ for times to be compared: what a search for a grid keeps
@@ -41,6 +41,12 @@ def like(subject: SubjectRecord, other: SubjectRecord) -> bool:
     return abs(ours - theirs) <= LIKE_COUNTS * max(ours, theirs)
 
 
+def _columns(key: str, ratio: Ratio | None) -> dict[str, float | None]:
+    """The three columns of a ratio; None where there is none."""
+    values = (ratio.median, ratio.low, ratio.high) if ratio else (None,) * 3
+    return dict(zip((key, f"{key}_low", f"{key}_high"), values, strict=True))
+
+
 def ratios(
     group: GroupRecord,
     subject: SubjectRecord,
@@ -73,9 +79,7 @@ def ratios(
                     ratio = unpaired_ratio(list(theirs.values()), list(ours.values()), seed)
             else:
                 unlike.setdefault(other.counters["triangles"], []).append(name)
-        row[f"ratio_to_{name}"] = ratio.median if ratio else None
-        row[f"ratio_to_{name}_low"] = ratio.low if ratio else None
-        row[f"ratio_to_{name}_high"] = ratio.high if ratio else None
+        row |= _columns(f"ratio_to_{name}", ratio)
     if unlike:
         left = subject.counters["triangles"]
         words = [
@@ -95,8 +99,6 @@ def frame_ratios(
         other = group.subjects.get(name)
         if other is None or name == subject.label or not (counts(subject) and counts(other)):
             continue
-        if ratio := paired_ratio(other.frame_s, subject.frame_s, seed):
-            row[f"frame_ratio_to_{name}"] = ratio.median
-            row[f"frame_ratio_to_{name}_low"] = ratio.low
-            row[f"frame_ratio_to_{name}_high"] = ratio.high
+        ratio = paired_ratio(other.frame_s, subject.frame_s, seed)
+        row |= _columns(f"frame_ratio_to_{name}", ratio)
     return row

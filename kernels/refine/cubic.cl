@@ -53,6 +53,14 @@ static inline float3 cubic_mean(const cubic_triangle *t, const float share01, co
     return (q1 + q2) * THIRD - bends * (THIRD / 6.0f);
 }
 
+// b111 less P0: half as far again as the mean of those six is from that of the corners
+static inline float3 cubic_inner(const cubic_triangle *t)
+{
+    const float3 mean = cubic_mean(t, 1.0f, 1.0f, 1.0f);
+    const float3 corners = ((t->p[1] - t->p[0]) + (t->p[2] - t->p[0])) * THIRD;
+    return mean + (mean - corners) * 0.5f;
+}
+
 // from a: t c[0] + t^2 c[1] + t^3 c[2]
 static inline void cubic_edge(const float3 a, const float3 b, const float3 bend_a, const float3 bend_b, float3 *c)
 {

@@ -40,11 +40,11 @@ static inline float8 quadratic_sum(const float8 t, const float a, const float b,
     return fma(t, fma(t, (float8)(b), (float8)(a)), sum);
 }
 
-#define CUBIC_POINT(axis)                                                                                                 \
+#define CUBIC_POINT(axis)                                                                                              \
     fma(uv, fma(u, (float8)(p[8].axis), fma(v, (float8)(p[9].axis), (float8)(p[7].axis))),                             \
-        cubic_sum(v, p[4].axis, p[5].axis, p[6].axis,                                                                   \
+        cubic_sum(v, p[4].axis, p[5].axis, p[6].axis,                                                                  \
             cubic_sum(u, p[1].axis, p[2].axis, p[3].axis, (float8)(p[0].axis))))
-#define CUBIC_NORMAL(axis)                                                                                                \
+#define CUBIC_NORMAL(axis)                                                                                             \
     fma(uv, (float8)(n[5].axis),                                                                                       \
         quadratic_sum(v, n[3].axis, n[4].axis, quadratic_sum(u, n[1].axis, n[2].axis, (float8)(n[0].axis))))
 

@@ -172,16 +172,20 @@ class Displacement:
         return self.params.amplitude != 0
 
     @property
+    def _is_noise(self) -> bool:
+        return self.params.displacement != "sine"
+
+    @property
     def files(self) -> tuple[str, ...]:
         """What is joined before the surface."""
-        kind = "sine" if self.params.displacement == "sine" else "noise"
+        kind = "noise" if self._is_noise else "sine"
         return (f"common/{kind}.cl",) if self.is_any else ()
 
     @property
     def defines(self) -> dict[str, int]:
         """The constants of those files."""
         defines = {"DISPLACED": int(self.is_any)}
-        if self.is_any and self.params.displacement != "sine":
+        if self.is_any and self._is_noise:
             turbulent = self.params.displacement == "turbulence"
             defines |= {"OCTAVES": self.params.octaves, "TURBULENT": int(turbulent)}
         return defines
@@ -190,23 +194,23 @@ class Displacement:
     def flops(self) -> int:
         """Operations of a vertex."""
         params = self.params
-        each = params.octaves if params.displacement != "sine" else 1
+        each = params.octaves if self._is_noise else 1
         return FLOPS[params.displacement] * each if self.is_any else 0
 
     def table(self) -> NDArray[np.uint32]:
         """What the kernels look up: the noise its permutation, the sine nothing."""
-        return permutation() if "OCTAVES" in self.defines else np.zeros(1, np.uint32)
+        return permutation() if self.is_any and self._is_noise else np.zeros(1, np.uint32)
 
     def value(self, time: float) -> tuple[float, float, float, float]:
         """The kernel's argument at `time`, s: amplitude in model units, waves per diagonal, phase, 1 / diagonal."""
         params = self.params
-        phase = -(time % 1.0) if params.displacement == "sine" else time % PERIOD
+        phase = time % PERIOD if self._is_noise else -(time % 1.0)
         return params.amplitude * self.diagonal, params.waves, phase, 1 / self._unit
 
     def height(self, time: float) -> Height:
         """The same in float64."""
         amplitude, waves, phase, inverse = self.value(time)
-        if self.params.displacement == "sine":
+        if not self._is_noise:
             return Wave(amplitude, 2 * np.pi * waves * inverse, 2 * np.pi * phase)
         turbulent = self.params.displacement == "turbulence"
         return Noise(amplitude, waves * inverse, phase, self.params.octaves, turbulent)

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lodbench.kernels.opencl import Buffer, Device, Launch, Program, Timeline
 from lodbench.kernels.stages.shading import Shading
@@ -164,14 +163,11 @@ class Drawing:
         self._vertex.items = self._eights(surface)
         if surface.vertex_count > self._screen.shape[0]:
             self._screen = changed["screen"] = self._screen_of(surface)
-        self._change(changed)
+        self.change(changed)
         self._surface, self._bound = surface, wanted
 
-    def see(self, matrix: NDArray[np.float32], lights: Mapping[str, Any]) -> None:
-        """Have the launches draw what a camera sees."""
-        self._change({"to_screen": matrix, **lights})
-
-    def _change(self, arguments: Mapping[str, Any]) -> None:
+    def change(self, arguments: Mapping[str, Any]) -> None:
+        """Set arguments by name, such as those of the camera, wherever a launch has them."""
         self._arguments |= arguments
         for launch in (self._vertex, self._triangles, self._large, *self._shades.values()):
             self._set(launch, arguments)

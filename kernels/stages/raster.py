@@ -87,7 +87,6 @@ class Raster:
             self._maps = 1
         self._local = chunk_local(device) if local is None else local
         self._seen: View | None = None
-        self._camera: tuple[Any, ...] = (np.zeros(16, np.float32), {})
         self._allocate()
         self._drawings: list[Drawing] = []
         self._bind(surfaces)
@@ -158,7 +157,6 @@ class Raster:
                     first=first,
                 )
             )
-            self._drawings[-1].see(*self._camera)
             self._clear_shared(Timeline())
             self._drawings[-1].warm(len(surfaces) > 1)
         drawings = self._drawings[: len(surfaces)]
@@ -190,9 +188,11 @@ class Raster:
             )
         drawings = self._bind(surfaces)
         if view is not self._seen:
-            self._seen, self._camera = view, (to_screen(view), lights(view))
+            camera = {"to_screen": to_screen(view), **lights(view)}
+            self._seen = view
+            self._arguments |= camera  # of surfaces that come later
             for drawing in self._drawings:
-                drawing.see(*self._camera)
+                drawing.change(camera)
         for place, drawing in enumerate(drawings):
             drawing.transform(timeline)
             if not place:

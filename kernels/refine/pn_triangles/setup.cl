@@ -31,8 +31,6 @@ __kernel void pn_triangles_setup(
     c.middle01 = cubic_middle(c.p[0], c.p[1], c.n[0], c.n[1], scale);
     c.middle12 = cubic_middle(c.p[1], c.p[2], c.n[1], c.n[2], scale);
     c.middle20 = cubic_middle(c.p[2], c.p[0], c.n[2], c.n[0], scale);
-    const float3 mean = cubic_mean(&c, 1.0f, 1.0f, 1.0f);
-    const float3 corners_mean = ((c.p[1] - c.p[0]) + (c.p[2] - c.p[0])) * THIRD;
-    c.inner = mean + (mean - corners_mean) * 0.5f;
+    c.inner = cubic_inner(&c);
     cubic_store(&c, coefficients + COEFFICIENTS * (size_t)t);
 }

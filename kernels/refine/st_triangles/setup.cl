@@ -78,9 +78,7 @@ __kernel void st_triangles_setup(
     c.middle12 = cubic_middle(p[1], p[2], n12, n21, scale);
     c.middle20 = cubic_middle(p[2], p[0], n20, n02, scale);
 
-    const float3 mean = cubic_mean(&c, 1.0f, 1.0f, 1.0f);
-    const float3 corners_mean = ((p[1] - p[0]) + (p[2] - p[0])) * THIRD;
-    c.inner = mean + (mean - corners_mean) * 0.5f;
+    c.inner = cubic_inner(&c);
     const float sharp = (sharp01 + sharp12 + sharp20) * THIRD;
     if (sharp > 0.0f) {
         const float3 flattened = cubic_mean(&c, 1.0f - sharp01, 1.0f - sharp12, 1.0f - sharp20);
