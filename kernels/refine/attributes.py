@@ -30,8 +30,6 @@ def canonical(mesh: TriangleMesh) -> TriangleMesh:
 def corner_attributes(mesh: TriangleMesh) -> Floats:
     """Of each triangle of a canonical mesh P0 P1 P2 N0 N1 N2, and 1 where edge P1 P2 begins at P2; (m, 19) float32."""
     corners, normals = mesh.triangles, np.asarray(mesh.normals, np.float32).reshape(-1, 3)
-    if (size := float(np.abs(mesh.positions).max(initial=0))) > 1e38:
-        raise ValueError(f"points: expected coordinates up to 1e38, got {size:g}")
     return np.concatenate(
         [
             mesh.positions[corners].reshape(-1, 9),

@@ -1,48 +1,43 @@
-"""Cubic triangles under patterns: coefficients made by one launch in set-up, evaluated in every frame."""
+"""Cubic triangles: coefficients made by one launch in set-up, evaluated in every frame."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.opencl import Buffer, Device, Timeline
-from lodbench.kernels.refine.params import RefineParams
-from lodbench.kernels.refine.refined import Refined
+from lodbench.kernels.opencl import Buffer, Timeline
+from lodbench.kernels.refine.surface import Coarse, Surface
+
+if TYPE_CHECKING:
+    from lodbench.kernels.subject import DeviceSubject
 
 COEFFICIENTS = 76  # floats of a triangle, as in cubic.cl
-LARGEST = 1e37  # of a coordinate: its control points are finite
 
 
-class CubicTriangles(Refined):
-    """What systems share whose triangles are cubic: they make the coefficients.
-
-    Raises:
-        ValueError: a coordinate beyond 1e37.
-        Unsupported: not even one refined triangle fits the device's memory.
-    """
+class CubicSurface(Surface):
+    """What surfaces share whose triangles are cubic: they make the coefficients."""
 
     files = ("refine/cubic_surface.cl",)
     flops = 82
-
-    def __init__(self, device: Device, mesh: TriangleMesh, params: RefineParams) -> None:
-        size = float(np.abs(mesh.positions).max(initial=0))
-        if size > LARGEST:
-            raise ValueError(f"points: expected coordinates up to {LARGEST:g}, got {size:g}")
-        super().__init__(device, mesh, params)
+    largest = 1e37  # its control points are finite
 
     def coefficients(
-        self, folder: str, corners: Buffer, defines: dict[str, int] | None = None, **arguments: Any
+        self,
+        subject: DeviceSubject,
+        coarse: Coarse,
+        folder: str,
+        corners: Buffer,
+        defines: dict[str, int] | None = None,
+        **arguments: Any,
     ) -> Buffer:
         """What the set-up kernel of a system's folder makes of each triangle, (m, 76)."""
-        count = corners.shape[0]
-        made = self.allocate("coefficients", (count, COEFFICIENTS), np.float32, "input")
-        scale = float(2.0 ** np.clip(-np.frexp(self._diagonal)[1], -126, 126))
-        with self.setup.host("coefficients"):
-            self.device.build(f"refine/{folder}/setup.cl", defines=defines).launch(
-                f"{folder}_setup", count, stage="setup", corners=corners, coefficients=made,
-                scale=scale, triangle_count=count, **arguments,
+        made = subject.allocate("coefficients", (coarse.count, COEFFICIENTS), np.float32, "input")
+        scale = float(2.0 ** np.clip(-np.frexp(coarse.diagonal)[1], -126, 126))
+        with subject.setup.host("coefficients"):
+            subject.device.build(f"refine/{folder}/setup.cl", defines=defines).launch(
+                f"{folder}_setup", coarse.count, stage="setup", corners=corners, coefficients=made,
+                scale=scale, triangle_count=coarse.count, **arguments,
             )(Timeline())  # fmt: skip
-            self.device.wait()
+            subject.device.wait()
         return made

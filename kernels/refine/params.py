@@ -1,4 +1,4 @@
-"""The parameters that every refinement by patterns has."""
+"""The parameters that refinement by patterns has."""
 
 from __future__ import annotations
 
@@ -11,27 +11,36 @@ from lodbench.kernels.refine.lattice import Amplitude, Segments, Waves
 
 @dataclass(frozen=True)
 class RefineParams(Parameters):
-    """How to refine.
+    """How finely to refine, and what raises the surface.
 
     Attributes:
         segments: parts that each coarse edge is cut into, 1 to 4096.
-        levels: nested patterns held ready, the coarser with half the segments of the finer; `segments` must allow
-            for it. `Frame.view` chooses: each doubling of the eye's distance past `near` halves the segments.
         displacement: what raises the surface along its normals: "sine", a sin(f |P|); "perlin", octaves of noise; or
             "turbulence", their absolute values.
         amplitude: its height, as a fraction of the bounding-box diagonal; 0 for none.
         waves: of the sine, or cells of the coarsest noise, per bounding-box diagonal; one passes per second of
             `Frame.time`.
         octaves: of the noise, each twice as fine and half as high as the one before.
-        near: distance of the eye from the box, in diagonals, up to which the finest level is shown.
     """
 
     segments: Segments = 16
-    levels: Annotated[int, Range(1, 13)] = 1
     displacement: Literal["sine", "perlin", "turbulence"] = "sine"
     amplitude: Amplitude = 0.0
     waves: Waves = 8.0
     octaves: Annotated[int, Range(1, 12)] = 4
+
+
+@dataclass(frozen=True)
+class LevelParams(RefineParams):
+    """How to refine every triangle alike, by one pattern or by one of several.
+
+    Attributes:
+        levels: nested patterns held ready, the coarser with half the segments of the finer; `segments` must allow
+            for it. `Frame.view` chooses: each doubling of the eye's distance past `near` halves the segments.
+        near: distance of the eye from the box, in diagonals, up to which the finest level is shown.
+    """
+
+    levels: Annotated[int, Range(1, 13)] = 1
     near: Annotated[float, Range(0, open="low")] = 1.0
 
     def __post_init__(self) -> None:
@@ -40,3 +49,42 @@ class RefineParams(Parameters):
             raise ValueError(
                 f"levels: expected halvings of {self.segments} segments, got {self.levels}"
             )
+
+
+@dataclass(frozen=True)
+class NormalOptions(Parameters):
+    """Which normals curved PN triangles are shaded by.
+
+    Attributes:
+        shading_normals: "quadratic", which can show an inflection, or "linear", interpolated along the triangle.
+    """
+
+    shading_normals: Literal["quadratic", "linear"] = "quadratic"
+
+
+@dataclass(frozen=True)
+class TagOptions(Parameters):
+    """The tags of a mesh that brings none of its own.
+
+    A mesh's own `tags`, (n, 3) tension, sharpness and bias of each vertex, come before these.
+
+    Attributes:
+        tension: of every vertex: 0 bulges as a PN triangle, 1 is straight, below 0 bulges more.
+        sharpness: of every vertex; an edge creases by the product of its ends'.
+        bias: of every vertex: to which side a crease leans; an edge has the mean of its ends'.
+    """
+
+    tension: Annotated[float, Range(-1, 1)] = 0.0
+    sharpness: Annotated[float, Range(0, 1)] = 0.0
+    bias: Annotated[float, Range(-1, 1)] = 0.0
+
+
+@dataclass(frozen=True)
+class SurfaceOptions(TagOptions, NormalOptions):
+    """Which surface is refined, with the options of each.
+
+    Attributes:
+        surface: "flat", the triangles themselves; "pn_triangles" or "st_triangles", as those systems have them.
+    """
+
+    surface: Literal["flat", "pn_triangles", "st_triangles"] = "flat"

@@ -8,7 +8,6 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import Floats
 from lodbench.kernels.refine.displacement import Doubles, Height, Wave
-from lodbench.kernels.refine.lattice import lattice_weights
 
 STILL = Wave()
 Reference = Callable[[Doubles, Doubles, Doubles], tuple[Doubles, Doubles]]
@@ -16,7 +15,7 @@ Reference = Callable[[Doubles, Doubles, Doubles], tuple[Doubles, Doubles]]
 
 
 def refined(
-    surface: Reference, P: Doubles, N: Doubles, segments: int, height: Height = STILL
+    surface: Reference, P: Doubles, N: Doubles, wuv: Doubles, height: Height = STILL
 ) -> tuple[Doubles, Doubles, Doubles]:
     """Points and normals of refined triangles.
 
@@ -24,16 +23,16 @@ def refined(
         surface: what is evaluated.
         P: corners, (m, 3 corners, 3) in model units.
         N: their normals, (m, 3 corners, 3), unit length.
-        segments: of the pattern.
+        wuv: (n, 3) weights.
         height: displacement.
 
     Returns:
-        Points and unit normals (m, lattice vertices, 3), and the length (m, lattice vertices) that the normal had
-        before it was made a unit: where that is small, rounding has turned the normal by as much more.
+        Points and unit normals (m, n, 3), and the length (m, n) that the normal had before it was made a unit: where
+        that is small, rounding has turned the normal by as much more.
 
     Source: Boubekeur & Schlick 2005, sections 3.2 and 4. The displaced surface's normal is a reconstruction.
     """
-    points, directions = surface(P, N, lattice_weights(segments))
+    points, directions = surface(P, N, wuv)
     normals, length = _unit(directions)
     if height.a:
         raised, gradient, certain = height(points)
@@ -53,7 +52,13 @@ def _unit(vectors: Doubles) -> tuple[Doubles, Doubles]:
 
 
 def largest_error(
-    positions: Floats, normals: Floats, P: Doubles, N: Doubles, height: Height, surface: Reference
+    positions: Floats,
+    normals: Floats,
+    P: Doubles,
+    N: Doubles,
+    height: Height,
+    surface: Reference,
+    wuv: Doubles,
 ) -> float:
     """How far refined triangles are from the reference, in units that float32 rounding keeps near 1e-7.
 
@@ -61,16 +66,15 @@ def largest_error(
     rounding: a steep height does, far from the origin, and a normal that nearly cancelled.
 
     Args:
-        positions: (m, lattice vertices, 3).
+        positions: (m, n, 3).
         normals: likewise.
         P: corners, (m, 3 corners, 3).
         N: their normals.
         height: displacement.
         surface: what was to be evaluated.
+        wuv: (n, 3) weights.
     """
-    vertices = positions.shape[1]
-    segments = int(np.sqrt(2 * vertices)) - 1  # (n + 1)(n + 2) / 2 = vertices
-    points, directions, length = refined(surface, P, N, segments, height)
+    points, directions, length = refined(surface, P, N, wuv, height)
     size = max(float(np.abs(P).max()), abs(height.a), 1e-37)
     slope = height.slope
     off = np.abs(positions - points).max() / (size * (1 + slope))

@@ -7,12 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.kernels.opencl import Buffer, Device, Timeline
-from lodbench.kernels.refine.attributes import canonical, corner_attributes
-from lodbench.kernels.refine.displacement import Displacement
 from lodbench.kernels.refine.lattice import (
     lattice_triangles,
     lattice_vertex_count,
@@ -22,16 +19,13 @@ from lodbench.kernels.refine.lattice import (
 )
 from lodbench.kernels.refine.launching import LINE, VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.levels import Batch, Level
-from lodbench.kernels.refine.params import RefineParams
-from lodbench.kernels.refine.reference import Reference, largest_error
+from lodbench.kernels.refine.params import LevelParams
+from lodbench.kernels.refine.surface import TOLERANCE, Coarse, Surface
 from lodbench.kernels.subject import DeviceSubject, Step
 from lodbench.kernels.system import Check, DeviceSurface, Footprint, Frame, Stored
 
 if TYPE_CHECKING:
     from lodbench.kernels.opencl import Launch, Program
-
-TOLERANCE = 2e-6  # a dozen float32 roundings, relative to the largest operand
-CHECKED = 64  # coarse triangles that a check looks at
 
 
 def _joined(parts: Sequence[Floats]) -> Floats:
@@ -42,35 +36,26 @@ def _joined(parts: Sequence[Floats]) -> Floats:
 class Refined(DeviceSubject):
     """A pattern, or all of its levels, over a mesh with its own normals, or area-weighted ones.
 
-    A system says which surface is evaluated: its kernel files, what they read of each triangle, and the reference.
-
     Attributes:
-        files: the surface's file, and more kernels where there are any; see `common/lattice_walk.cl`.
-        reference: the surface in float64.
-        flops: operations of one vertex, counted from the kernel.
+        more_files: kernels that a system has of its own.
 
     Raises:
+        ValueError: a coordinate that the surface cannot bear.
         Unsupported: not even one refined triangle fits the device's memory.
     """
 
-    files: tuple[str, ...]
-    reference: Reference
-    flops: int
+    more_files: tuple[str, ...] = ()
 
-    def __init__(self, device: Device, mesh: TriangleMesh, params: RefineParams) -> None:
+    def __init__(
+        self, device: Device, mesh: TriangleMesh, params: LevelParams, surface: Surface
+    ) -> None:
         super().__init__(device)
-        self._mesh, self._params = canonical(mesh), params
-        self._corners = corner_attributes(self._mesh)
-        self._diagonal = min(max(mesh.diagonal, 2.0**-126), 3.4e38)  # finite, and its inverse
-        self._displacement = Displacement(params, mesh, self._diagonal)
+        self._params = params
+        self._coarse = Coarse(self, mesh, params, surface)
+        self._mesh, self._displacement = self._coarse.mesh, self._coarse.displacement
         count = mesh.triangle_count
         with self.setup.host("upload"):
-            corners = self.upload("corners", self._corners, np.float32, (None, 19))
-            self._table = self.upload(
-                "table", self._displacement.table(), np.uint32, role="pattern"
-            )
             patterns = [self._upload(params.segments >> k) for k in range(params.levels)]
-        self._surface = self.surface(corners)
         finest = lattice_vertex_count(params.segments)
         free = device.memory_limit - device.used_bytes
         largest = device.facts.largest_allocation_bytes
@@ -80,7 +65,7 @@ class Refined(DeviceSubject):
         with self.setup.host("build"):
             defines = kernel_defines(device, VERTEX_BYTES * self._capacity)
             self._chunk = defines["CHUNK"]
-            files = (*self._displacement.files, *self.files, "refine/vertex.cl")
+            files = (*self._coarse.files, *self.more_files, "refine/vertex.cl")
             program = device.build(*files, defines=defines | self._displacement.defines)
         self._levels = [self._level(program, *pattern) for pattern in patterns]
         with self.setup.host("first_launch"):
@@ -88,10 +73,6 @@ class Refined(DeviceSubject):
                 for step in level.steps:
                     step.enqueue(Timeline())
         self.warm_up()
-
-    def surface(self, corners: Buffer) -> Buffer:
-        """What the surface's kernels read of each triangle, (m, floats): the corners themselves, or made of them."""
-        return corners
 
     def _allocate_output(self) -> None:
         shape = (self._capacity, 3)
@@ -132,10 +113,11 @@ class Refined(DeviceSubject):
         """The output must be written, attributes and pattern read once; operations are counted from the kernel."""
         triangles = batch.count // len(batch.launches)
         first = launch is level.batches[0].launches[0]
-        size = (VERTEX_BYTES * level.vertices + 4 * self._surface.shape[1]) * triangles
-        flops = self.flops + self._displacement.flops
+        size = (VERTEX_BYTES * level.vertices + 4 * self._coarse.values.shape[1]) * triangles
         pattern = 8 * level.vertices if first else 0
-        return Step(launch, launch.stage, size + pattern, flops * level.vertices * triangles)
+        return Step(
+            launch, launch.stage, size + pattern, self._coarse.flops * level.vertices * triangles
+        )
 
     def _arguments(self, level: Level) -> dict[str, Any]:
         return {
@@ -143,7 +125,7 @@ class Refined(DeviceSubject):
             "positions": self._positions,
             "normals": self._normals,
             "displacement": self._displacement.value(0.0),
-            "table": self._table,
+            "table": self._coarse.table,
             "pattern_stride": level.weights.shape[1],
             "last_row": level.vertices - level.segments - 1,
             "pattern_vertices": level.vertices,
@@ -157,7 +139,7 @@ class Refined(DeviceSubject):
             -(-vertex_count // self._chunk),
             stage="vertex",
             local=group_size(self.device),
-            surface=self._surface,
+            surface=self._coarse.values,
             first_triangle=batch.first,
             vertex_count=vertex_count,
             **self._arguments(level),
@@ -170,7 +152,7 @@ class Refined(DeviceSubject):
             return self._levels[0]
         low, high = self._mesh.box
         eye = np.asarray(frame.view.eye, np.float64)
-        distance = float(np.linalg.norm(eye - np.clip(eye, low, high))) / self._diagonal
+        distance = float(np.linalg.norm(eye - np.clip(eye, low, high))) / self._coarse.diagonal
         halvings = int(np.floor(np.log2(max(distance / self._params.near, 1.0))))
         return self._levels[min(halvings, len(self._levels) - 1)]
 
@@ -220,33 +202,22 @@ class Refined(DeviceSubject):
 
     def check(self) -> Check:
         """Points and normals of some coarse triangles, spread over the mesh, against float64."""
-        total = self._mesh.triangle_count
-        chosen = np.unique(np.linspace(0, max(total - 1, 0), min(CHECKED, total)).astype(np.int64))
-        height = self._displacement.height(self._time)
+        chosen = self._coarse.chosen()
+        weights = lattice_weights(self._drawn.segments)
         worst = 0.0
         for batch, positions, normals in self._read():
             rows = chosen[(chosen >= batch.first) & (chosen < batch.first + batch.count)]
             if len(rows):
-                corners = self._corners[rows, :18].astype(np.float64).reshape(-1, 2, 3, 3)
                 here = rows - batch.first
-                error = largest_error(
-                    positions[here],
-                    normals[here],
-                    corners[:, 0],
-                    corners[:, 1],
-                    height,
-                    self.expected(rows),
+                error = self._coarse.error(
+                    rows, positions[here], normals[here], weights, self._time
                 )
                 worst = float(np.max([worst, error]))  # NaN is the worst of all
         what = (
             "largest error of points (over the largest coordinate) and of unit normals, "
-            f"{len(chosen)} of {total} coarse triangles"
+            f"{len(chosen)} of {self._coarse.count} coarse triangles"
         )
         return Check(worst <= TOLERANCE, what, worst, TOLERANCE)
-
-    def expected(self, rows: NDArray[np.int64]) -> Reference:
-        """The surface in float64 of these coarse triangles."""
-        return self.reference
 
     def live(self) -> tuple[int, int]:
         """Vertices and triangles of the last frame's surface, whether it fitted at once or not."""

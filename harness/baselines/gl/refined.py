@@ -24,7 +24,7 @@ from lodbench.kernels.refine.lattice import (
 )
 from lodbench.kernels.refine.pattern.reference import flat
 from lodbench.kernels.refine.reference import largest_error
-from lodbench.kernels.refine.refined import TOLERANCE
+from lodbench.kernels.refine.surface import TOLERANCE
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.raster import Side
 from lodbench.kernels.stages.shading import Shading
@@ -173,7 +173,12 @@ class Refined(ABC):
         if len(chosen):
             points, normals = self.points_and_normals()
             worst = largest_error(
-                points[chosen], normals[chosen], *self.corners(chosen), Wave(), flat
+                points[chosen],
+                normals[chosen],
+                *self.corners(chosen),
+                Wave(),
+                flat,
+                lattice_weights(self.params.segments),
             )
         what = (
             "largest error of points (over the largest coordinate) and of unit normals, "

@@ -27,7 +27,7 @@ from lodbench.kernels.refine.lattice import (
 )
 from lodbench.kernels.refine.pattern.reference import flat
 from lodbench.kernels.refine.reference import largest_error
-from lodbench.kernels.refine.refined import TOLERANCE
+from lodbench.kernels.refine.surface import TOLERANCE
 from lodbench.kernels.system import Check, Frame
 
 BLOCK = (
@@ -92,6 +92,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
                 normals_in[corners].astype(np.float64),
                 Wave(),
                 flat,
+                lattice_weights(params.segments),
             )
         what = (
             "largest error of points (over the largest coordinate) and of unit normals, "

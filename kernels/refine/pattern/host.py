@@ -7,22 +7,18 @@ from lodbench.kernels.opencl import Device, Launch, Program
 from lodbench.kernels.refine.launching import group_size
 from lodbench.kernels.refine.levels import Batch, Level
 from lodbench.kernels.refine.pattern.params import Params
-from lodbench.kernels.refine.pattern.reference import flat
+from lodbench.kernels.refine.pattern.surface import Flat
 from lodbench.kernels.refine.refined import Refined
 
 
 class Pattern(Refined):
     """A mesh under generic refinement: see `lodbench.kernels.refine.pattern`."""
 
-    files = ("refine/pattern/surface.cl",)
-    reference = staticmethod(flat)
-    flops = 34
-
     def __init__(self, device: Device, mesh: TriangleMesh, params: Params) -> None:
         self._single_draws = params.draw == "per_triangle"
         if self._single_draws:
-            self.files = (*Pattern.files, "refine/pattern/vertex.cl")
-        super().__init__(device, mesh, params)
+            self.more_files = ("refine/pattern/vertex.cl",)
+        super().__init__(device, mesh, params, Flat())
 
     def _launches(self, program: Program, level: Level, batch: Batch) -> list[Launch]:
         if not self._single_draws:
@@ -31,7 +27,7 @@ class Pattern(Refined):
 
     def _single(self, program: Program, level: Level, place: int, batch: Batch) -> Launch:
         first = place * level.vertices
-        corners = self._corners[batch.first + place]
+        corners = self._coarse.corners[batch.first + place]
         points, normals = corners[:9].reshape(3, 3), corners[9:18].reshape(3, 3)
         return program.launch(
             "pattern_vertex_single",

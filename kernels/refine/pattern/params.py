@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from lodbench.kernels.refine.params import RefineParams
+from lodbench.kernels.refine.params import LevelParams
 
 
 @dataclass(frozen=True)
-class Params(RefineParams):
+class Params(LevelParams):
     """How to refine, and in how many launches.
 
     Attributes:

@@ -3,17 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
-from lodbench.kernels.refine.params import RefineParams
+from lodbench.kernels.refine.params import LevelParams, NormalOptions
 
 
 @dataclass(frozen=True)
-class Params(RefineParams):
-    """How to refine, and which normals to shade by.
-
-    Attributes:
-        shading_normals: "quadratic", which can show an inflection, or "linear", interpolated along the triangle.
-    """
-
-    shading_normals: Literal["quadratic", "linear"] = "quadratic"
+class Params(NormalOptions, LevelParams):
+    """How to refine, and which normals to shade by."""

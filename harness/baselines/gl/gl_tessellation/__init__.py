@@ -17,7 +17,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.gl.driver import assign, build, context, keep_patches
 from lodbench.harness.baselines.gl.refined import Params, Refined
 from lodbench.kernels.opencl import Device, Unsupported
-from lodbench.kernels.refine.refined import TOLERANCE
+from lodbench.kernels.refine.surface import TOLERANCE
 from lodbench.kernels.system import Check, System
 
 __all__ = ["Params", "SYSTEM", "Tessellation"]
