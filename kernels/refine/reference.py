@@ -10,13 +10,15 @@ from lodbench.datasets_gen.surfaces import Floats
 from lodbench.kernels.refine.displacement import Doubles, Height, Wave
 
 STILL = Wave()
+Made = tuple[Doubles, Doubles, Doubles]
+"""Points and unit normals (m, n, 3), and the length (m, n) that the normal had before it was made a unit."""
 Reference = Callable[[Doubles, Doubles, Doubles], tuple[Doubles, Doubles]]
 """A surface: corners (m, 3, 3), their normals (m, 3, 3) and weights (n, 3) give points and normals, (m, n, 3) each."""
 
 
 def refined(
     surface: Reference, P: Doubles, N: Doubles, wuv: Doubles, height: Height = STILL
-) -> tuple[Doubles, Doubles, Doubles]:
+) -> Made:
     """Points and normals of refined triangles.
 
     Args:
@@ -33,17 +35,17 @@ def refined(
     Source: Boubekeur & Schlick 2005, sections 3.2 and 4. The displaced surface's normal is a reconstruction.
     """
     points, directions = surface(P, N, wuv)
-    normals, length = _unit(directions)
+    normals, length = unit(directions)
     if height.a:
         raised, gradient, certain = height(points)
         points = points + raised[..., None] * normals
         tangential = gradient - (gradient * normals).sum(-1, keepdims=True) * normals
-        normals, bent = _unit(normals - tangential)
+        normals, bent = unit(normals - tangential)
         length = np.minimum(length, bent) * certain
     return points, normals, length
 
 
-def _unit(vectors: Doubles) -> tuple[Doubles, Doubles]:
+def unit(vectors: Doubles) -> tuple[Doubles, Doubles]:
     """Vectors at unit length, (0, 0, 1) where there is no direction, and the lengths they had."""
     length = np.linalg.norm(vectors, axis=-1)
     none = length <= 1e-15
@@ -59,6 +61,7 @@ def largest_error(
     height: Height,
     surface: Reference,
     wuv: Doubles,
+    then: Callable[[Made], Made] = lambda made: made,
 ) -> float:
     """How far refined triangles are from the reference, in units that float32 rounding keeps near 1e-7.
 
@@ -73,8 +76,9 @@ def largest_error(
         height: displacement.
         surface: what was to be evaluated.
         wuv: (n, 3) weights.
+        then: what was done to the refined triangles.
     """
-    points, directions, length = refined(surface, P, N, wuv, height)
+    points, directions, length = then(refined(surface, P, N, wuv, height))
     size = max(float(np.abs(P).max()), abs(height.a), 1e-37)
     slope = height.slope
     off = np.abs(positions - points).max() / (size * (1 + slope))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from lodbench.kernels.opencl import Buffer
 from lodbench.kernels.refine.attributes import canonical, corner_attributes
 from lodbench.kernels.refine.displacement import Displacement
 from lodbench.kernels.refine.params import RefineParams
-from lodbench.kernels.refine.reference import Reference, largest_error
+from lodbench.kernels.refine.reference import Made, Reference, largest_error
 
 if TYPE_CHECKING:
     from lodbench.kernels.subject import DeviceSubject
@@ -103,6 +104,7 @@ class Coarse:
         normals: Floats,
         weights: NDArray[np.float64],
         time: float,
+        then: Callable[[Made], Made] = lambda made: made,
     ) -> float:
         """How far points and normals of these triangles, (k, n, 3) each, are from float64: see `largest_error`.
 
@@ -112,6 +114,7 @@ class Coarse:
             normals: likewise.
             weights: (n, 3) barycentric.
             time: of the displacement, s.
+            then: what was done to them afterwards.
         """
         corners = self.corners[rows, :18].astype(np.float64).reshape(-1, 2, 3, 3)
         return largest_error(
@@ -122,4 +125,5 @@ class Coarse:
             self.displacement.height(time),
             self.surface.expected(self, rows),
             weights,
+            then,
         )
