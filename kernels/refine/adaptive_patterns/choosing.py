@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -13,7 +15,7 @@ from lodbench.kernels.refine.adaptive_patterns.reference import edge_depths, pat
 from lodbench.kernels.refine.adaptive_patterns.tags import KINDS, expected_tags, measures, spans
 from lodbench.kernels.refine.surface import Coarse
 from lodbench.kernels.refine.surfaces import chosen_surface
-from lodbench.kernels.stages.scan import ExclusiveScan
+from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.subject import DeviceSubject
 from lodbench.kernels.system import Frame
 
@@ -27,10 +29,9 @@ class Choosing(DeviceSubject):
     ```
     tags          float [n]       depth of each coarse vertex
     patterns      uint  [m]       in the pool, of each coarse triangle
-    vertices      uint  [m]       of that pattern; faces: its triangles
-    offsets       uint  [m]       where they begin; starts: where the triangles do
+    offsets       uint  [m]       where its vertices begin; starts: where its triangles do
     blends        float [m, 4]    how far the last level of the three edges and of the inside has come
-    vertex_total  uint  [1]       of the frame; face_total likewise
+    totals        uint  [2]       vertices and triangles of the frame
     ```
 
     Attributes:
@@ -64,16 +65,13 @@ class Choosing(DeviceSubject):
                 self._moves = self.upload("moves", made.moves, np.uint32, role="pattern")
             tags = np.zeros(self._mesh.vertex_count, np.float32) if given is None else given
             self._tags = self.upload("tags", tags, np.float32, (None,), "scratch")
-        for name in ("patterns", "vertices", "faces", "offsets", "starts"):
+        for name in ("patterns", "offsets", "starts"):
             setattr(self, f"_{name}", self.allocate(name, count, np.uint32))
         self._blends = self.allocate("blends", (count, 4), np.float32)
-        self._vertex_total = self.allocate("vertex_total", 1, np.uint32)
-        self._face_total = self.allocate("face_total", 1, np.uint32)
+        self._totals = self.allocate("totals", 2, np.uint32)
         self._counts = self.allocate("counts", 2, np.uint32, "output")
 
     _patterns: Buffer
-    _vertices: Buffer
-    _faces: Buffer
     _offsets: Buffer
     _starts: Buffer
 
@@ -90,28 +88,31 @@ class Choosing(DeviceSubject):
             positions=self._positions_in, spans=self._spans_in, tags=self._tags,
             eye=eye, measure=measure, finest=float(params.finest), vertex_count=vertex_count,
         )  # fmt: skip
-        selecting = program.launch(
-            "adaptive_patterns_selection", count, stage="selection",
-            triangles=self._triangles_in, tags=self._tags, records=self._records,
-            patterns=self._patterns, vertices=self._vertices, faces=self._faces,
-            blends=self._blends, finest=params.finest, triangle_count=count,
-        )  # fmt: skip
         self.add(self._tagging, bytes=24 * vertex_count)
+        chunks = chunk_count(device, count)
+        sums = self.allocate("chunk_sums", (chunks, 2), np.uint32)
+        shared: dict[str, Any] = {
+            "offsets": self._offsets, "starts": self._starts, "chunk_sums": sums,
+            "totals": self._totals, "triangle_count": count, "chunk_count": chunks,
+        }  # fmt: skip
+        local = chunk_local(device)
+        selecting = program.launch(
+            "adaptive_patterns_selection", chunks, stage="selection", local=local,
+            triangles=self._triangles_in, tags=self._tags, records=self._records,
+            patterns=self._patterns, blends=self._blends, finest=params.finest, **shared,
+        )  # fmt: skip
         self.add(selecting, bytes=(12 + 12 + 16) * count)
-        with self.holding("scratch"):
-            for counts, offsets, total in (
-                (self._vertices, self._offsets, self._vertex_total),
-                (self._faces, self._starts, self._face_total),
-            ):
-                if count:
-                    self.add(ExclusiveScan(device, counts, offsets, total), 8 * count, stage="scan")
+        if chunks > 1:
+            name = "adaptive_patterns_selection_join"
+            joining = program.launch(name, chunks, stage="selection", local=local, **shared)
+            self.add(joining, bytes=16 * count)
 
     def needed(self) -> tuple[int, int]:
         """Vertices and triangles of the last frame, whether there was room for them or not."""
         if not self._coarse.count:
             return 0, 0
-        read = self.device.read
-        return int(read(self._vertex_total)[0]), int(read(self._face_total)[0])
+        vertices, faces = map(int, self.device.read(self._totals))
+        return vertices, faces
 
     def tags(self) -> NDArray[np.float32]:
         """The last frame's depth tags, (n,)."""

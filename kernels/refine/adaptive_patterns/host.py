@@ -48,7 +48,7 @@ class AdaptivePatterns(Choosing):
         depths: ArrayLike | None = None,
     ) -> None:
         super().__init__(device, mesh, params, depths)
-        self._choices = len(self._steps)
+        self._choices, self._seen = len(self._steps), None
         every = self.pool.vertex_counts[-1] * self._coarse.count
         start = pool(min(params.finest, FIRST_DEPTH))
         first = int(min(every, start.vertex_counts[-1] * self._coarse.count))
@@ -81,7 +81,7 @@ class AdaptivePatterns(Choosing):
         local = group_size(device)
         self._writing = written.launch(
             "adaptive_patterns_vertex", -(-vertices // chunk), stage="vertex", local=local,
-            pool=self._weights, vertex_total=self._vertex_total, face_total=self._face_total,
+            pool=self._weights, totals=self._totals,
             surface=coarse.values, table=coarse.table, positions=self._positions,
             normals=self._normals, counts=self._counts,
             displacement=coarse.displacement.value(0.0), pool_stride=self._weights.shape[1],
@@ -129,8 +129,10 @@ class AdaptivePatterns(Choosing):
         self._frame = frame
         if not self._coarse.count:
             return ()
-        eye, measure = measures(self._params, frame.view, self._coarse.diagonal)
-        self._tagging.set(eye=eye, measure=measure)
+        if frame.view is not self._seen:
+            eye, measure = measures(self._params, frame.view, self._coarse.diagonal)
+            self._tagging.set(eye=eye, measure=measure)
+            self._seen = frame.view
         if self._coarse.displacement.is_any:
             self._writing.set(displacement=self._coarse.displacement.value(frame.time))
         return self._steps

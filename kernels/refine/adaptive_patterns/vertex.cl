@@ -7,7 +7,7 @@
 //           records    uint [4 * patterns + 4]    begin of each pattern's vertices, triangles and moves, last row
 //           patterns   uint [triangle_count]      of each coarse triangle
 //           offsets    uint [triangle_count]      where its vertices begin
-//           vertex_total, face_total  uint[1]     what the frame needs
+//           totals     uint [2]                   vertices and triangles of the frame
 //           surface    float[floats * triangles]  as surface.cl has them
 //           table      uint [512]                 of the displacement
 // Writes    positions  float[3 * vertex_room]     packed; coarse triangle after coarse triangle
@@ -22,8 +22,7 @@ __kernel void adaptive_patterns_vertex(
     __global const uint *restrict records,
     __global const uint *restrict patterns,
     __global const uint *restrict offsets,
-    __global const uint *restrict vertex_total,
-    __global const uint *restrict face_total,
+    __global const uint *restrict totals,
     __global const float *restrict surface,
     __global const uint *restrict table,
     __global float *restrict positions,
@@ -35,7 +34,7 @@ __kernel void adaptive_patterns_vertex(
     const uint vertex_room,
     const uint face_room)
 {
-    const uint vertex_count = vertex_total[0], face_count = face_total[0];
+    const uint vertex_count = totals[0], face_count = totals[1];
     const bool fits = vertex_count <= vertex_room && face_count <= face_room;
     if (get_global_id(0) == 0) vstore2((uint2)(fits ? vertex_count : 0, fits ? face_count : 0), 0, counts);
     ulong v = (ulong)get_global_id(0) * CHUNK;
