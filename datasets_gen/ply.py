@@ -27,7 +27,7 @@ _TYPES = {
 _BYTE_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 _UVS = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))
 _NORMALS, _COLOURS = ("nx", "ny", "nz"), ("red", "green", "blue")
-_TAGS = ("sharpness", "bias", "tension")
+_TAGS = ("tension", "sharpness", "bias")
 ATTRIBUTES = {"normals": (_NORMALS,), "uvs": _UVS, "colours": (_COLOURS,), "tags": (_TAGS,)}
 """Properties of vertices that come along, any one set of each."""
 
@@ -159,8 +159,8 @@ def ply_counts(data: bytes) -> tuple[int, int]:
 def parse_ply(data: bytes) -> TriangleMesh:
     """The mesh in a PLY file: ASCII or binary of either byte order, polygons split into fans.
 
-    Normals (nx ny nz), uvs (s t, u v or texture_u texture_v), colours (red green blue) and tags (sharpness
-    bias tension) of the vertices come along; other properties are skipped.
+    Normals (nx ny nz), uvs (s t, u v or texture_u texture_v), colours (red green blue) and tags (tension
+    sharpness bias) of the vertices come along; other properties are skipped.
 
     Raises:
         ValueError: not PLY, truncated, no vertices declared, or a bad value.

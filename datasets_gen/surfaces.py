@@ -24,7 +24,7 @@ class TriangleMesh:
     normals    (n, 3) float32   unit length, or None
     uvs        (n, 2) float32   texture coordinates, or None
     colours    (n, 3) float32   0..1, or None
-    tags       (n, 3) float32   sharpness, bias, tension per vertex, or None
+    tags       (n, 3) float32   tension, sharpness, bias per vertex, or None
     origin     (3,) float64     where the positions count from in the world, or None for zero
     ```
     Any real or integer dtype is taken and converted; the arrays are read-only views where no conversion was needed.

@@ -117,3 +117,11 @@ def test_ply_polygons_of_all_sizes_become_fans_in_their_order(form):
     expected = [[0, 1, 2], [3, 4, 5], [3, 5, 6], [3, 6, 7], [11, 12, 13], [11, 13, 14], [0, 2, 4]]
     assert parse_ply(polygons(form, corners)).triangles.tolist() == expected
     assert parse_ply(polygons(form, corners[1:2])).triangle_count == 0
+
+
+def test_ply_tags_are_told_by_their_names_whatever_their_order():
+    names = "".join(f"property float {name}\n" for name in ("sharpness", "bias", "tension"))
+    rows = [f"{point} 0.5 -1 0.25\n" for point in POINTS.splitlines()]
+    mesh = parse_ply((header(4, 0, extra_vertex=names) + "".join(rows)).encode())
+    assert mesh.tags.tolist() == [[0.25, 0.5, -1]] * 4
+    assert parse_ply(ply_file(mesh)).tags.tolist() == mesh.tags.tolist()
