@@ -16,8 +16,8 @@ SIZED = (
     "displaced_icosphere_1310k", "displaced_icosphere_1310k_sorted",
     "displaced_icosphere_10m", "displaced_icosphere_10m_sorted",
     "blob_with_ears_20k", "blob_with_ears_100k", "bumpy_blob_100k", "open_blob_100k",
-    "plate_1_hole_20k", "plate_6_holes_100k", "part_3_holes_20k", "plane_2k", "plane_200k",
-    "terrain_2k", "terrain_50k", "terrain_2m", "terrain_2m_sorted",
+    "plate_1_hole_20k", "plate_6_holes_100k", "part_3_holes_20k", "spool_162",
+    "plane_2k", "plane_200k", "terrain_2k", "terrain_50k", "terrain_2m", "terrain_2m_sorted",
 )  # fmt: skip
 SCANS = (
     "bunny_69k", "bunny_closed_70k", "armadillo_29k", "armadillo_86k", "armadillo_346k",

@@ -1,4 +1,4 @@
-"""Generated solids that stand in for scans and parts: eared, pierced, with handles, bumpy, sharp."""
+"""Generated solids that stand in for scans and parts: eared, pierced, with handles, bumpy, sharp, creased."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.datasets_gen.triangles import geodesic_sphere
+from lodbench.datasets_gen.triangles import geodesic_sphere, revolved
 
 
 def blob_with_ears(segments: int) -> TriangleMesh:
@@ -73,6 +73,37 @@ def plate(block: int, genus: int, sharp: bool = False) -> TriangleMesh:
     wall = np.stack([start, start + count, end + count, start, end + count, end], axis=1)
     triangles = np.concatenate([upper, lower, wall.reshape(-1, 3)])
     return TriangleMesh(positions, triangles).with_normals()
+
+
+def spool(slices: int) -> TriangleMesh:
+    """A spool about y, domed at both ends, with tags: its two rims are creases, all else is smooth.
+
+    2 * slices^2 triangles: as many rings as slices, the rims at three and seven tenths of them. A rim's vertices have
+    sharpness 1, so that the edges along it crease and no others; tension and bias are 0 everywhere.
+    """
+    if slices < 6:
+        raise ValueError(f"slices: expected at least 6, got {slices}")
+    rim = round(0.3 * (slices + 1))
+    rings = np.arange(1, slices + 1)
+    toward = np.minimum(rings, slices + 1 - rings)  # rings from the nearer pole
+    dome = np.minimum(toward / rim, 1.0) * (np.pi / 2)
+    waist = np.clip((rings - rim) / (slices + 1 - 2 * rim), 0, 1)
+    radius = np.where(toward <= rim, np.sin(dome), 1 - 0.45 * np.sin(np.pi * waist))
+    height = np.where(rings <= rim, 1, np.where(slices + 1 - rings <= rim, -1, 0)) * np.cos(dome)
+    height = 0.5 * height + 0.55 * (1 - 2 * waist)
+    around = 2 * np.pi * np.arange(slices) / slices
+    ring = np.stack(
+        [
+            np.outer(radius, np.sin(around)),
+            np.repeat(height[:, None], slices, axis=1),
+            np.outer(radius, np.cos(around)),
+        ],
+        axis=2,
+    )
+    positions = np.concatenate([[(0, 1.05, 0)], ring.reshape(-1, 3), [(0, -1.05, 0)]])
+    tags = np.zeros((len(positions), 3))
+    tags[1:-1, 1] = np.repeat(toward == rim, slices)
+    return TriangleMesh(positions, revolved(slices, slices), tags=tags).with_normals()
 
 
 def bumpy(mesh: TriangleMesh, height: float = 0.004, seed: int = 0) -> TriangleMesh:

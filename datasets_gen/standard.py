@@ -42,6 +42,11 @@ def _sphere(count: int) -> Sized:
     return count, partial(triangles.sphere, count)
 
 
+def _spool(count: int) -> Sized:
+    slices = max(6, round((count / 2) ** 0.5))
+    return 2 * slices**2, partial(shapes.spool, slices)
+
+
 def _plate(genus: int, sharp: bool, count: int) -> Sized:
     columns = int(np.ceil(np.sqrt(max(genus, 1))))
     rows = -(-max(genus, 1) // columns)
@@ -73,6 +78,7 @@ SHAPES: dict[str, tuple[Callable[[int], Sized], str]] = {
     "plate_1_hole": (partial(_plate, 1, False), "closed, genus 1, round rims"),
     "plate_6_holes": (partial(_plate, 6, False), "closed, genus 6, round rims"),
     "part_3_holes": (partial(_plate, 3, True), "closed, genus 3, flat faces and sharp edges"),
+    "spool": (_spool, "closed, genus 0, two rims tagged as creases"),
     "plane": (partial(_square, triangles.plane), "open, flat: no error, many ties"),
     "terrain": (partial(_square, triangles.terrain), "open height field, one surface at every size"),
 }  # fmt: skip

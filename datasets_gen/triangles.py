@@ -163,9 +163,14 @@ def sphere(triangles: int) -> TriangleMesh:
         axis=2,
     )
     positions = np.concatenate([[(0.0, 0.0, 1.0)], ring.reshape(-1, 3), [(0.0, 0.0, -1.0)]])
+    return TriangleMesh(positions, revolved(slices, rings), positions)
+
+
+def revolved(slices: int, rings: int) -> NDArray[np.int64]:
+    """Triangles of a closed surface of revolution, (2 * slices * rings, 3): a pole, ring after ring, a pole."""
     i = np.arange(slices)
     j = (i + 1) % slices
-    last = len(positions) - 1
+    last = slices * rings + 1
     a = (1 + slices * np.arange(rings - 1)[:, None] + i).ravel()
     b = (1 + slices * np.arange(rings - 1)[:, None] + j).ravel()
     faces = [
@@ -173,7 +178,7 @@ def sphere(triangles: int) -> TriangleMesh:
         np.stack([a, a + slices, b + slices, a, b + slices, b], axis=1).reshape(-1, 3),
         np.stack([np.full_like(i, last), last - slices + j, last - slices + i], axis=1),
     ]
-    return TriangleMesh(positions, np.concatenate(faces), positions)
+    return np.concatenate(faces)
 
 
 def torus(around: int, across: int, radius: float = 1.0, tube: float = 0.35) -> TriangleMesh:

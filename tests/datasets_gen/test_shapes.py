@@ -49,6 +49,26 @@ def test_plate_refuses_sizes_that_make_no_plate(block, genus):
         shapes.plate(block, genus)
 
 
+def test_spool_is_closed_and_its_two_rims_are_creases():
+    mesh = shapes.spool(9)
+    found = topology(mesh)
+    assert (mesh.triangle_count, mesh.vertex_count) == (162, 83)
+    assert (found.euler, found.border, found.repeated, found.unused) == (2, 0, 0, 0)
+    assert found.volume > 0
+    sharp = mesh.tags[:, 1] == 1
+    assert not mesh.tags[:, [0, 2]].any() and sharp.sum() == 18
+    edges = np.concatenate([mesh.triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+    creased = edges[sharp[edges].all(1)]
+    assert len(creased) == 2 * 18, "edges along the rims, each from both sides, and no others"
+    radius = np.hypot(mesh.positions[:, 0], mesh.positions[:, 2])
+    assert np.allclose(radius[creased], 1)
+
+
+def test_spool_refuses_sizes_whose_rims_touch():
+    with pytest.raises(ValueError, match="slices: expected at least 6, got 5"):
+        shapes.spool(5)
+
+
 def test_bumpy_keeps_the_triangles_and_moves_as_far_as_asked():
     smooth = shapes.blob_with_ears(30)
     rough = shapes.bumpy(smooth, height=0.01, seed=3)
