@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import hashlib
 import itertools
 import math
 import time
@@ -18,14 +17,14 @@ import numpy as np
 from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.finest import finest
 from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
-from lodbench.harness.measure import quality
 from lodbench.harness.measure.budget import Budget
+from lodbench.harness.measure.judge import Judge
 from lodbench.harness.measure.progress import Progress
 from lodbench.harness.measure.timing import OtherLoad, interleave, take
 from lodbench.harness.measure.trial import Trial
 from lodbench.harness.plan.group import Group
 from lodbench.harness.record.record import Writer, attempts, config_hash, plain
-from lodbench.kernels.opencl import Device, Unsupported
+from lodbench.kernels.opencl import Device
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.paths import CameraPath
 from lodbench.kernels.system import Frame, Remembering, View
@@ -63,7 +62,7 @@ class Session:
         self._writer = Writer(folder)
         self._ended, self._begun = attempts(folder)
         self._last = ""
-        self._qualities: dict[str, dict[str, Any]] = {}
+        self._judge = Judge()
 
     def close(self) -> None:
         """Close the record."""
@@ -172,7 +171,7 @@ class Session:
             progress.step(f"prepare {subject.name}")
             trial = Trial(subject, view=Frame(_zoomed(surface, group.zoom)), once=group.once)
             device = partial(self._open, subject.one_core)
-            trial.enter(surface, device, trials, record, group.quality)
+            trial.enter(surface, device, trials, record, group.judged)
             trials[subject.name] = trial
         running = {name: e for name, e in trials.items() if e.prepared is not None}
         frames = {name: e.frame for name, e in running.items() if not group.once}
@@ -189,14 +188,13 @@ class Session:
             record("sample", **plain(sample))
         self._whole_frames(group, surface, trials, record, progress, budget)
         others_share = others.share()
+        seed = self.seed if group.seed is None else group.seed
         for name, trial in trials.items():
-            if group.quality and trial.mesh is not None:
+            if trial.mesh is not None:
                 if self._budget.stops():
                     return False
                 progress.step(f"quality of {name}")
-                trial.facts["quality"] = self._quality(
-                    finest(surface), trial.mesh, self.seed if group.seed is None else group.seed
-                )
+                self._judge(group, finest(surface), name, trials, seed)
             record(
                 "subject", subject=name, status=trial.status, reason=trial.reason,
                 **trial.facts,
@@ -265,7 +263,7 @@ class Session:
     def _surface(self, dataset: catalogue.Dataset) -> Any:
         if self._last != dataset.name:
             self._last = dataset.name
-            self._qualities.clear()
+            self._judge.forget()
         surface = dataset.surface
         # systems work on positions alone: a run is about the origin of its input
         return surface.with_origin(None) if isinstance(surface, TriangleMesh) else surface
@@ -276,18 +274,6 @@ class Session:
         if self._one_core is None:
             self._one_core = Device.open(self.device.facts.name, one_core=True)
         return self._one_core
-
-    def _quality(self, reference: TriangleMesh, mesh: TriangleMesh, seed: int) -> dict[str, Any]:
-        """Topology, and error against the input where libigl is installed; once per distinct mesh and seed."""
-        bits = hashlib.sha256(mesh.positions.tobytes() + mesh.triangles.tobytes()).hexdigest()
-        bits += f" {seed}"
-        if bits not in self._qualities:
-            try:
-                found = quality.measure(reference, mesh, seed)
-            except Unsupported:  # no libigl: the error columns stay empty
-                found = quality.topology(mesh)
-            self._qualities[bits] = dict(found)
-        return self._qualities[bits]
 
 
 def _zoomed(surface: Any, zoom: float | None) -> View | None:

@@ -75,7 +75,8 @@ class Group:
     data folder, its generated stand-in takes its place, under its own name; `zoom`: every frame of every subject is
     seen this much larger than the view that shows the whole; `once`: each subject's first frame is its one sample,
     for set-up that takes seconds on the host and has nothing to warm; `seed`: of the samples that errors are taken
-    from, where it is not the run's; `path`: what is drawn apart is seen from along it, every frame recorded.
+    from, where it is not the run's; `path`: what is drawn apart is seen from along it, every frame recorded;
+    `reference`: label of a refinement by pattern against which those by coarser ones are compared.
     """
 
     dataset: str
@@ -88,6 +89,12 @@ class Group:
     once: bool = False
     seed: int | None = None
     path: CameraPath | None = None
+    reference: str | None = None
+
+    @property
+    def judged(self) -> bool:
+        """Is the result mesh of each subject compared with something?"""
+        return self.quality or self.reference is not None
 
     @property
     def name(self) -> str:
@@ -106,6 +113,7 @@ class Group:
             **({"once": True} if self.once else {}),
             **({} if self.seed is None else {"seed": self.seed}),
             **({} if self.path is None else {"path": plain(self.path)}),
+            **({} if self.reference is None else {"reference": self.reference}),
             "subjects": [
                 {
                     "label": subject.name,
@@ -138,12 +146,15 @@ class Group:
         """Refuse unknown names and bad parameters before anything is measured.
 
         Raises:
-            ValueError: an unknown dataset, system, case or field, a value out of range, a label used twice.
+            ValueError: an unknown dataset, system, case or field, a value out of range, a label used twice or, as the
+                reference, by nobody.
         """
         self.found()
         labels = [subject.name for subject in self.subjects]
         if len(set(labels)) != len(labels):
             raise ValueError(f"subjects: expected different labels, got {labels}")
+        if self.reference is not None and self.reference not in labels:
+            raise ValueError(f"reference: expected one of {labels}, got {self.reference!r}")
         for subject in self.subjects:
             if subject.system in registry.registry().missing:
                 continue  # recorded as skipped

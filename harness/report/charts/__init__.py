@@ -12,6 +12,7 @@ __all__ = ["CHARTS", "Chart", "ChartData", "styles"]
 CHARTS: dict[str, tuple[str, Callable[[ChartData], Chart | None]]] = {
     "time": ("Time against size", curves.time_against_triangles),
     "error": ("Error against triangles", curves.error_against_triangles),
+    "difference": ("Difference against segments", curves.difference_against_segments),
     "error-time": ("Error against time", curves.error_against_time),
     "fps": ("Frames per second", bars.frames_per_second),
     "stage-fps": ("Frames per second without drawing", bars.stages_per_second),

@@ -214,6 +214,21 @@ def error_against_time(chart_data: ChartData) -> Chart | None:
     )
 
 
+def difference_against_segments(chart_data: ChartData) -> Chart | None:
+    """RMS difference from the finest pattern against segments, where there are several."""
+    rows = chart_data.rows("segments", "rms_difference")
+    if len({row["segments"] for row in rows}) < 2:
+        return None
+    keys = [key for key in varying(rows, chart_data.facts) if key != "segments"]
+    difference = ("rms_difference", "RMS difference / diagonal", "1")
+    canvas, more = _draw(chart_data, rows, keys, ("segments", "segments", ""), difference)
+    return Chart(
+        canvas,
+        "RMS distance from the surface under the finest pattern, at its vertices' parameters, as a share of the "
+        f"input's diagonal, against the segments of the pattern.{more}",
+    )
+
+
 def along_path(chart_data: ChartData) -> Chart | None:
     """Seconds of a frame and triangles drawn at each view of a camera path, one panel each and path."""
     groups = [

@@ -40,6 +40,7 @@ def test_group_is_named_by_its_dataset_and_its_facts():
         {"once": True},
         {"seed": 0},
         {"path": CameraPath("orbit")},
+        {"reference": "fake"},
         {"subjects": GROUP.subjects[::-1]},
         {"subjects": GROUP.subjects[:1]},
         {"subjects": (replace(GROUP.subjects[0], params={"size": 3}), GROUP.subjects[1])},
@@ -124,3 +125,14 @@ def test_counter_of_a_subject_that_has_none_is_unsupported():
     for label, name in (("fake", "cells"), ("other", "triangles"), ("absent", "triangles")):
         with pytest.raises(Unsupported, match=f"needs {name} of {label}, which has none"):
             context.counter(label, name)
+
+
+def test_reference_that_nobody_is_called_is_refused():
+    replace(GROUP, reference="other").validate()
+    with pytest.raises(ValueError, match=r"reference: expected one of .*got 'nobody'"):
+        replace(GROUP, reference="nobody").validate()
+
+
+def test_results_are_judged_by_the_input_or_by_a_reference():
+    changes = ({}, {"quality": True}, {"reference": "other"})
+    assert [replace(GROUP, **change).judged for change in changes] == [False, True, True]

@@ -137,6 +137,17 @@ def test_error_curves_need_several_counts_of_one_dataset(run_folder):
     assert curves.error_against_triangles(m) is not None
 
 
+def test_difference_curves_need_several_patterns(run_folder):
+    m = chart_data(run_folder, "clustering")
+    assert curves.difference_against_segments(m) is None
+    for number, row in enumerate(m.document["rows"]):
+        row |= {"segments": 8, "rms_difference": 0.1 / (1 + number)}
+    assert curves.difference_against_segments(m) is None
+    for number, row in enumerate(m.document["rows"]):
+        row["segments"] = 1 << number
+    assert "segments" in curves.difference_against_segments(m).caption
+
+
 @pytest.mark.parametrize("kind", CHARTS)
 def test_chart_of_an_empty_table_is_left_out(kind):
     empty = {"id": "e", "title": "", "source": "", "device": "", "columns": [], "rows": []}

@@ -1,5 +1,6 @@
 import pytest
 
+from lodbench.harness.plan.table import table
 from tests.harness.records import group, rows_of, subject
 
 
@@ -47,3 +48,32 @@ def test_gmr05_frames_stand_apart_from_samples_and_beside_the_published_ones():
     assert row["ratio_to_static_vbo"] == pytest.approx(0.5)
     assert row["published_frame_fps"] == 965.12
     assert rows["static_vbo"]["frame_ratio_to_static_vbo"] is None
+
+
+def test_figure4_says_how_densely_a_wave_is_sampled_and_what_that_leaves_out():
+    quality = {"rms_difference": 0.5, "max_difference": 0.75, "compared_points": 9}
+    _, made = rows_of(
+        "gmr05_figure4",
+        group(
+            subject("pattern_16", [0.002] * 10, params={"segments": 16}, quality=quality),
+            subject("pattern_512", [0.004] * 10, params={"segments": 512}),
+            table="gmr05_figure4", waves=64.0, longest_edge=0.25,
+        ),
+    )  # fmt: skip
+    coarse, reference = made["rows"]
+    assert coarse["least_segments"] == 32, "2 pi 64 / pi times a quarter"
+    assert coarse["samples_per_wave"] == 1 and reference["samples_per_wave"] == 32
+    assert (coarse["rms_difference"], coarse["max_difference"]) == (0.5, 0.75)
+    assert reference["rms_difference"] is None
+
+
+@pytest.mark.parametrize("quick", [True, False])
+def test_figure4_patterns_are_nested_in_their_reference_on_either_side_of_the_limit(quick):
+    groups = table("gmr05_figure4").groups(quick)
+    for found in groups:
+        found.validate()
+        segments = {s.name: s.params["segments"] for s in found.subjects}
+        assert all(segments[found.reference] % each == 0 for each in segments.values())
+        assert {1, 16, 256} <= set(segments.values()), "those that the paper shows"
+    limit = 2 * groups[-1].facts["waves"] * groups[-1].facts["longest_edge"]
+    assert 16 < limit < 256
