@@ -1,7 +1,8 @@
 """The refined mesh stored in full: what generic refinement is measured against.
 
-Made once by the pattern's own kernel, displacement baked in; each frame reads every stored point and normal and writes
-the same output. Indices are those of one pattern here too, so that both draw alike; `footprint` counts a full list.
+Any of the family's surfaces, made once by its own kernel, displacement baked in; each frame reads every stored point
+and normal and writes the same output. Indices are those of one pattern here too, so that both draw alike; `footprint`
+counts a full list.
 
 Source: Boubekeur & Schlick, Generic Mesh Refinement on GPU, Graphics Hardware 2005, section 5, figure 7 ("Static VBO").
 """
@@ -26,5 +27,10 @@ SYSTEM = System(
         "flat_64": Params(64),
         "flat_128": Params(128),
         "sine_64": Params(64, amplitude=0.02),
+        "perlin_16": Params(16, displacement="perlin", amplitude=0.02),
+        "pn_triangles_16": Params(16, surface="pn_triangles"),
+        "st_triangles_16": Params(
+            16, surface="st_triangles", tension=0.3, sharpness=0.6, bias=-0.5
+        ),
     },
 )

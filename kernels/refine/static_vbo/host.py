@@ -3,28 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.opencl import Device, Unsupported
-from lodbench.kernels.refine import pattern
 from lodbench.kernels.refine.launching import VERTEX_BYTES, group_size, kernel_defines
-from lodbench.kernels.refine.pattern.host import Pattern
+from lodbench.kernels.refine.params import LevelParams, RefineParams
+from lodbench.kernels.refine.refined import Refined
 from lodbench.kernels.refine.static_vbo.params import Params
+from lodbench.kernels.refine.surfaces import chosen_surface
 from lodbench.kernels.subject import Step
 from lodbench.kernels.system import Frame, Stored
 
 
-class StaticVbo(Pattern):
-    """A refined mesh that stays in memory: its set-up is a whole `Pattern`, whose output becomes the store.
+class StaticVbo(Refined):
+    """A refined mesh that stays in memory: its set-up is refinement by one pattern, whose output becomes the store.
 
     Raises:
+        ValueError: a coordinate or a tag that the surface cannot bear.
         Unsupported: the stored surface and the output do not both fit the device's memory.
     """
 
     def __init__(self, device: Device, mesh: TriangleMesh, params: Params) -> None:
-        made = pattern.Params(params.segments, amplitude=params.amplitude, waves=params.waves)
-        super().__init__(device, mesh, made)
+        made = LevelParams(**{f.name: getattr(params, f.name) for f in fields(RefineParams)})
+        super().__init__(device, mesh, made, chosen_surface(params))
         level = self._levels[0]
         vertices = level.surface.vertex_count
         if len(level.batches) > 1:

@@ -4,21 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lodbench.kernels.parameters import Parameters
-from lodbench.kernels.refine.lattice import Amplitude, Segments, Waves
+from lodbench.kernels.refine.params import RefineParams, SurfaceOptions
 
 
 @dataclass(frozen=True)
-class Params(Parameters):
-    """What is stored.
-
-    Attributes:
-        segments: parts that each coarse edge is cut into, 1 to 4096.
-        amplitude: of the displacement a sin(f |P|), as a fraction of the bounding-box diagonal; 0 for none.
-            It stands still.
-        waves: of that sine per bounding-box diagonal.
-    """
-
-    segments: Segments = 16
-    amplitude: Amplitude = 0.0
-    waves: Waves = 8.0
+class Params(SurfaceOptions, RefineParams):
+    """What is stored: how finely, which surface, and what raises it; the displacement stands still."""

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 
+from lodbench.datasets_gen.shapes import spool
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, plane
 from lodbench.kernels.opencl.device import Device, Unsupported
-from lodbench.kernels.refine import pattern
+from lodbench.kernels.refine import pattern, pn_triangles, st_triangles
 from lodbench.kernels.refine.static_vbo import Params
 from lodbench.kernels.refine.static_vbo.host import StaticVbo
 from lodbench.kernels.system import Frame, run
@@ -19,12 +20,41 @@ def as_bytes(mesh):
 @pytest.mark.parametrize("make", [lambda: icosphere(1), lambda: plane(9, 7)])
 def test_static_vbo_gives_the_patterns_bits(device, make, segments, amplitude):
     drawn = pattern.Pattern(device, make(), pattern.Params(segments, amplitude=amplitude))
-    stored = StaticVbo(device, make(), Params(segments, amplitude))
+    stored = StaticVbo(device, make(), Params(segments, amplitude=amplitude))
     for prepared in (drawn, stored):
         run(device, prepared)
     assert as_bytes(stored.result()[0]) == as_bytes(drawn.result()[0])
     assert as_bytes(stored.welded()) == as_bytes(drawn.welded())
     assert stored.check().passed
+
+
+TURBULENCE = {"displacement": "turbulence", "amplitude": 0.02, "waves": 5.0, "octaves": 2}
+SURFACES = {
+    "flat": (pattern.Pattern, pattern.Params, {}),
+    "pn_triangles": (pn_triangles.PnTriangles, pn_triangles.Params, {"shading_normals": "linear"}),
+    "st_triangles": (st_triangles.StTriangles, st_triangles.Params,
+                     {"tension": 0.3, "sharpness": 0.6, "bias": -0.5}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("displacement", [{}, TURBULENCE])
+@pytest.mark.parametrize("surface", SURFACES)
+def test_static_vbo_stores_any_surface_to_the_bit(device, surface, displacement):
+    system, params, options = SURFACES[surface]
+    drawn = system(device, spool(9), params(7, **options, **displacement))
+    stored = StaticVbo(device, spool(9), Params(7, surface=surface, **options, **displacement))
+    for prepared in (drawn, stored):
+        run(device, prepared)
+    run(device, stored, Frame(time=0.4))
+    assert as_bytes(stored.result()[0]) == as_bytes(drawn.result()[0])
+    assert stored.check().passed
+
+
+def test_static_vbo_refuses_what_its_surface_cannot_bear(device):
+    far = TriangleMesh(icosphere(0).positions * np.float32(2e37), icosphere(0).triangles)
+    StaticVbo(device, far, Params(1))
+    with pytest.raises(ValueError, match=r"points: expected coordinates up to 1e\+37"):
+        StaticVbo(device, far, Params(1, surface="pn_triangles"))
 
 
 def test_static_vbo_streams_large_outputs_to_the_same_bits(device):
@@ -37,7 +67,7 @@ def test_static_vbo_streams_large_outputs_to_the_same_bits(device):
 
 
 def test_static_vbo_stands_still(device):
-    stored = StaticVbo(device, icosphere(1), Params(4, 0.05))
+    stored = StaticVbo(device, icosphere(1), Params(4, amplitude=0.05))
     run(device, stored, Frame(time=0.0))
     first = as_bytes(stored.result()[0])
     run(device, stored, Frame(time=0.4))
