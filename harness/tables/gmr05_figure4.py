@@ -80,8 +80,8 @@ TABLE = Table(
     ),
     notes=(
         f"Differences are from the same surface with {REFERENCE} segments, at the parameters of its vertices, as "
-        "shares of the diagonal; every coarse triangle counts alike. A difference includes how far flat triangles lie from "
-        "a curved surface, which goes on falling where aliasing has ended.",
+        "shares of the diagonal; every coarse triangle counts alike. They include how far flat triangles lie from a "
+        "curved surface, which goes on falling where aliasing has ended.",
         "The displacement is a sin(f |P|). |P| changes along an edge by at most its length, so that more than "
         "f L / pi segments take more than two samples of every wave, L being the longest coarse edge: samples per wave "
         "are those along it. This is enough, and more than is needed where the edge does not point at the origin.",

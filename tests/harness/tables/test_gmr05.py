@@ -77,3 +77,32 @@ def test_figure4_patterns_are_nested_in_their_reference_on_either_side_of_the_li
         assert {1, 16, 256} <= set(segments.values()), "those that the paper shows"
     limit = 2 * groups[-1].facts["waves"] * groups[-1].facts["longest_edge"]
     assert 16 < limit < 256
+
+
+def test_st_mesh_has_the_papers_count_beside_ours_and_its_rate_both_ways():
+    counters = {"triangles": 663_552, "vertices": 162 * 2145}
+    _, made = rows_of(
+        "gmr05_st_mesh",
+        *(
+            group(
+                subject("static_vbo", [0.002] * 10, counters=counters),
+                subject(system, [0.001] * 10, counters=counters),
+                table="gmr05_st_mesh", surface=surface, segments=64, triangles_in=162,
+            )
+            for surface, system in (("flat", "pattern"), ("st_triangles", "st_triangles"))
+        ),
+    )  # fmt: skip
+    *flat, static, tagged = made["rows"]
+    assert [row["published_frame_fps"] for row in (*flat, static, tagged)] == [None, None, 61, 61]
+    assert tagged["published_triangles"] == 331_938 == 162 * 2049
+    assert (tagged["triangles_out"], tagged["vertices_welded"]) == (663_552, 331_778)
+    assert tagged["ratio_to_static_vbo"] == pytest.approx(2)
+    assert tagged["triangles_per_s"] == pytest.approx(663_552 / 0.001)
+
+
+def test_st_mesh_is_the_closed_one_of_as_many_triangles_as_the_papers():
+    for found in table("gmr05_st_mesh").groups(True):
+        found.validate()
+        mesh = found.found().surface
+        assert (mesh.triangle_count, mesh.vertex_count) == (162, 83)
+        assert mesh.tags is not None
