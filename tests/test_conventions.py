@@ -57,8 +57,10 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/cli/records.py": "harness/cli/test_app.py",
     # one test per source
     "harness/tables/dt07_timing.py": "harness/tables/test_dt07.py",
+    "harness/tables/gmr05_figure4.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_figure7.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_path.py": "harness/tables/test_gmr05.py",
+    "harness/tables/gmr05_st_mesh.py": "harness/tables/test_gmr05.py",
     "harness/tables/w14_parameterisation.py": "harness/tables/test_w14.py",
     "harness/tables/w14_scale.py": "harness/tables/test_w14.py",
     "harness/tables/w14_table1.py": "harness/tables/test_w14.py",

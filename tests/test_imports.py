@@ -90,8 +90,12 @@ def test_reference_imports_nothing_of_its_host(name):
 
 
 SYSTEMS = {path.parent.name for path in (ROOT / "kernels").glob("*/*/host.py")}
-# the one that says which system a verb prefers, and pictures that are about one
-NAMING = {"lodbench.kernels.verbs", "lodbench.harness.report.distances"}
+# the one that says which system a verb prefers, and pictures that are about some
+NAMING = {
+    "lodbench.kernels.verbs",
+    "lodbench.harness.report.distances",
+    "lodbench.harness.report.refinements",
+}
 SHARED = [
     name
     for name in FILES

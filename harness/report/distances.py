@@ -64,7 +64,7 @@ def distance_pictures(
         device: what draws.
 
     Yields:
-        `file` and `caption`, and the pixels.
+        `file`, `caption` and `series`, and the pixels.
     """
     try:
         prepared = prepare(device, mesh, Params(pixels=1.0))
@@ -78,11 +78,10 @@ def distance_pictures(
         surface = prepared.result()[0]
         far = "from where all of it is seen" if times == 1 else f"from {times} times as far"
         caption = f"{name} {far}: {surface.triangle_count:,} triangles"
+        shown = {"caption": caption, "series": "distances"}
+        nodes = {**shown, "caption": f"{caption}, their nodes"}
+        yield {**nodes, "file": f"distance_{number}_nodes_{name}.png"}, nodes_picture(prepared)
         yield (
-            {"file": f"distance_{number}_nodes_{name}.png", "caption": f"{caption}, their nodes"},
-            nodes_picture(prepared),
-        )
-        yield (
-            {"file": f"distance_{number}_{name}.png", "caption": caption},
+            {**shown, "file": f"distance_{number}_{name}.png"},
             render(surface, camera=seen, colour="flat", device=device),
         )

@@ -7,6 +7,7 @@ import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -160,23 +161,24 @@ def _again(run: RunRecord) -> str:
 
 
 def _images(folder: Path) -> list[dict[str, str]]:
-    """Pictures in the order of their list, with its captions; others after them, by name."""
+    """Pictures in the order of their list, with its captions and series; others after them, by name."""
     folder = folder / "images"
     listed = folder / "pictures.json"
-    captions: dict[str, str] = {}
+    known: dict[str, dict[str, str]] = {}
     if listed.is_file():
-        captions = {each["file"]: each["caption"] for each in read_json(listed, PICTURE_FIELDS)}
-    order = list(captions)
+        known = {each["file"]: each for each in read_json(listed, PICTURE_FIELDS)}
+    order = list(known)
     found = []
     for path in sorted(
         folder.glob("*"),
-        key=lambda path: (order.index(path.name) if path.name in captions else len(order), path),
+        key=lambda path: (order.index(path.name) if path.name in known else len(order), path),
     ):
         if path.suffix.lower() in IMAGES:
             data = base64.b64encode(path.read_bytes()).decode()
             kind = IMAGES[path.suffix.lower()]
-            name = captions.get(path.name, path.stem.replace("_", " "))
-            found.append({"name": name, "data": f"data:{kind};base64,{data}"})
+            about = known.get(path.name, {"caption": path.stem.replace("_", " ")})
+            shown = {"name": about["caption"], "series": about.get("series", "")}
+            found.append({**shown, "data": f"data:{kind};base64,{data}"})
     return found
 
 
@@ -252,7 +254,7 @@ def _page(
             (s, counts[s]) for s in ("ok", "noisy", "skipped", "published", "failed") if s in counts
         ],
         tables=tables,
-        images=images,
+        series=[list(some) for _, some in groupby(images, key=lambda image: image["series"])],
         noise=_noise(),
         environment=_environment(run),
         again=_again(run),

@@ -1,4 +1,4 @@
-"""Pictures of a run: each mesh once, one at falling levels of detail with frame rates, one for rising distances."""
+"""Pictures of a run: each mesh once, one at falling levels of detail with frame rates, what else its systems show."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from lodbench.harness.measure.timing import interleave, take
 from lodbench.harness.record.record import RunRecord, read_run, write_json
 from lodbench.harness.report.amounts import rounded
 from lodbench.harness.report.distances import DRAWN_FROM, distance_pictures
+from lodbench.harness.report.refinements import refinement_pictures
 from lodbench.harness.report.statistics import summary
 from lodbench.kernels import simplify_mesh
 from lodbench.kernels.image import write_png
@@ -34,6 +35,8 @@ SAMPLES = 10
 def write_pictures(folder: Path, device: Device) -> list[dict[str, Any]]:
     """Draw what the run measured into `images/`, listed with captions in `images/pictures.json`.
 
+    Pictures of one `series` stand together.
+
     Args:
         folder: the run's folder.
         device: what draws, and draws the levels some ten times more to time them.
@@ -47,7 +50,10 @@ def write_pictures(folder: Path, device: Device) -> list[dict[str, Any]]:
     images.mkdir(exist_ok=True)
     found = []
     for picture, pixels in chain(
-        _levels(record, device), _distances(record, device), _datasets(record, device)
+        _levels(record, device),
+        _distances(record, device),
+        refinement_pictures(record, SIZE, device),
+        _datasets(record, device),
     ):
         write_png(images / picture["file"], pixels)
         found.append(picture)
@@ -119,6 +125,7 @@ def _levels(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any],
         caption = f"{name} at {share}: {level.triangle_count:,} triangles"
         picture = {
             "file": f"level_{number}_{name}.png",
+            "series": "levels",
             "caption": f"{caption}, {rounded(rate['fps'], 3)} frames/s" if rate else caption,
             **(rate or {}),
         }

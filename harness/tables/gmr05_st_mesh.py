@@ -85,6 +85,8 @@ TABLE = Table(
         "The paper gives one frame rate for both ways, 61 fps, and 331,938 triangles at 64 segments, six recursive "
         "subdivisions. 162 * 64^2 is 663,552. 331,938 = 162 * (64^2 / 2 + 1) is close to the vertices of the welded "
         "result, 331,778.",
+        "The reconstruction has one normal per corner of a triangle, the mean of its two edges': smooth edges that "
+        "meet a crease at a vertex are seen near it, as the pictures show.",
         "static_vbo stores the surface of its group. Evaluation is the same cubic for pn_triangles and st_triangles, "
         "whose coefficients are made in set-up; flat is the pattern without them.",
         "Frame fps adds raster and shading at 1280 x 1024 with the whole surface in view, in turns of their own after "

@@ -59,6 +59,12 @@ def test_report_shows_listed_pictures_in_order_with_captions_and_others_by_name(
     assert names == ["sphere_100: 100 triangles", "sphere_10: 10 triangles", "a view"]
 
 
+def test_pictures_of_a_series_stand_together(draw, tmp_path):
+    draw(("icosphere_1", "pn_triangles"), ("spool_72", "st_triangles"))
+    series = [image["series"] for image in _images(tmp_path)]
+    assert series == ["curved"] * 2 + ["creases"] * 3 + [""] * 2
+
+
 def test_run_without_meshes_has_no_pictures(draw, tmp_path):
     assert draw(("quilt_4", "other")) == []
     assert _images(tmp_path) == []
