@@ -76,7 +76,6 @@ TABLE = Table(
         Column("max_difference", "largest difference", "1", brief=True),
         *brief(WALL_COLUMNS, "wall_s"),
         Column("stage_s", "device time", "s"),
-        Column("stored_bytes", "stored", "B"),
     ),
     notes=(
         f"Differences are from the same surface with {REFERENCE} segments, at the parameters of its vertices, as "
