@@ -47,7 +47,8 @@ def spatially_sorted(mesh: TriangleMesh) -> TriangleMesh:
     centroids += positions[triangles[:, 1]]
     centroids += positions[triangles[:, 2]]
     # stable: equal codes keep the input's order on every machine
-    triangles = triangles[np.argsort(morton_codes(centroids), kind="stable")]
+    by_place = np.argsort(morton_codes(centroids), kind="stable")
+    triangles = triangles[by_place]
     corners = triangles.ravel()
     # of equal indices the last write stays, so writing backwards leaves the first use
     first = np.full(mesh.vertex_count, len(corners), np.int64)
@@ -60,6 +61,7 @@ def spatially_sorted(mesh: TriangleMesh) -> TriangleMesh:
         mesh.positions[order],
         number[triangles],
         *(None if values is None else values[order] for values in attributes),
+        edge_tags=None if mesh.edge_tags is None else mesh.edge_tags[by_place],
         origin=mesh.origin,
     )
 

@@ -164,4 +164,5 @@ def _kept(mesh: TriangleMesh, keep: np.ndarray) -> TriangleMesh:
         mesh.positions[used],
         number[triangles],
         *(None if values is None else values[used] for values in attributes),
+        edge_tags=None if mesh.edge_tags is None else mesh.edge_tags[keep],
     )

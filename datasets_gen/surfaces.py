@@ -25,6 +25,7 @@ class TriangleMesh:
     uvs        (n, 2) float32   texture coordinates, or None
     colours    (n, 3) float32   0..1, or None
     tags       (n, 3) float32   tension, sharpness, bias per vertex, or None
+    edge_tags  (m, 3, 2) float32   sharpness, bias of each triangle's edges ab, bc, ca, or None; no file holds them
     origin     (3,) float64     where the positions count from in the world, or None for zero
     ```
     Any real or integer dtype is taken and converted; the arrays are read-only views where no conversion was needed.
@@ -42,6 +43,7 @@ class TriangleMesh:
     uvs: Floats | None = None
     colours: Floats | None = None
     tags: Floats | None = None
+    edge_tags: Floats | None = None
     origin: Origin | None = None
 
     if TYPE_CHECKING:  # what is taken is wider than what is kept
@@ -54,6 +56,7 @@ class TriangleMesh:
             uvs: ArrayLike | None = None,
             colours: ArrayLike | None = None,
             tags: ArrayLike | None = None,
+            edge_tags: ArrayLike | None = None,
             origin: ArrayLike | None = None,
         ) -> None: ...
 
@@ -84,6 +87,13 @@ class TriangleMesh:
                 array = rows(name, values, np.float32, columns, len(positions))
                 finite(name, values, array)
                 object.__setattr__(self, name, array)
+        if self.edge_tags is not None:
+            edges = np.asarray(self.edge_tags)
+            if edges.shape[1:] != (3, 2):
+                raise ValueError(f"edge_tags: expected (m, 3, 2) float32, got shape {edges.shape}")
+            array = rows("edge_tags", edges.reshape(-1, 6), np.float32, 6, len(self.triangles))
+            finite("edge_tags", edges, array)
+            object.__setattr__(self, "edge_tags", array.reshape(-1, 3, 2))
 
     @property
     def vertex_count(self) -> int:

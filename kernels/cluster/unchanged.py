@@ -20,7 +20,9 @@ def without_duplicates(mesh: TriangleMesh) -> TriangleMesh:
     """The mesh with the first of each triangles with the same three vertices, whichever way they face, in order."""
     keys = np.sort(mesh.triangles, axis=1)
     _, first = np.unique(keys, axis=0, return_index=True)
-    return replace(mesh, triangles=mesh.triangles[np.sort(first)])
+    kept = np.sort(first)
+    edge_tags = None if mesh.edge_tags is None else mesh.edge_tags[kept]
+    return replace(mesh, triangles=mesh.triangles[kept], edge_tags=edge_tags)
 
 
 class Unchanged(DeviceSubject):

@@ -23,8 +23,14 @@ def canonical(mesh: TriangleMesh) -> TriangleMesh:
     unit = np.where(np.abs(length - 1) < 1e-6, normals, unit).astype(np.float32)
     turn = (mesh.triangles.argmin(axis=1)[:, None] + np.arange(3)) % 3
     triangles = np.take_along_axis(mesh.triangles, turn, axis=1)
+    edge_tags = mesh.edge_tags
+    if edge_tags is not None:
+        edge_tags = np.take_along_axis(edge_tags, turn[:, :, None], axis=1)
     zero = np.float32(0)
-    return replace(mesh, positions=mesh.positions + zero, triangles=triangles, normals=unit + zero)
+    return replace(
+        mesh, positions=mesh.positions + zero, triangles=triangles, normals=unit + zero,
+        edge_tags=edge_tags,
+    )  # fmt: skip
 
 
 def corner_attributes(mesh: TriangleMesh) -> Floats:

@@ -66,7 +66,8 @@ class NormalOptions(Parameters):
 class TagOptions(Parameters):
     """The tags of a mesh that brings none of its own.
 
-    A mesh's own `tags`, (n, 3) tension, sharpness and bias of each vertex, come before these.
+    A mesh's own `tags`, (n, 3) tension, sharpness and bias of each vertex, come before these; its `edge_tags`,
+    (m, 3, 2) sharpness and bias of each triangle's edges, before either.
 
     Attributes:
         tension: of every vertex: 0 bulges as a PN triangle, 1 is straight, below 0 bulges more.

@@ -64,6 +64,15 @@ def test_spatially_sorted_keeps_unused_vertices_at_the_end():
     assert result.positions[3:].tolist() == [[9, 9, 9], [8, 8, 8]]
 
 
+def test_spatially_sorted_takes_the_tags_of_edges_along():
+    mesh = triangles.icosphere(1)
+    ends = np.stack([mesh.triangles, np.roll(mesh.triangles, -1, axis=1)])
+    where = mesh.positions[ends].mean(0)[..., :2]
+    result = spatially_sorted(TriangleMesh(mesh.positions, mesh.triangles, edge_tags=where))
+    ends = np.stack([result.triangles, np.roll(result.triangles, -1, axis=1)])
+    assert np.array_equal(result.edge_tags, result.positions[ends].mean(0)[..., :2])
+
+
 def test_spatially_sorted_of_nothing_is_nothing():
     empty = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), np.uint32))
     assert spatially_sorted(empty).vertex_count == 0

@@ -75,3 +75,14 @@ def test_other_surfaces_name_what_is_wrong():
         GeometryImage(np.zeros((4, 4, 3)), np.zeros((4, 4, 3)))
     with pytest.raises(ValueError, match="normals: expected shape"):
         GeometryImage(np.zeros((5, 5, 3)), np.zeros((3, 3, 3)))
+
+
+def test_tags_of_edges_belong_to_triangles():
+    tags = np.arange(6).reshape(1, 3, 2)
+    mesh = TriangleMesh(np.eye(3), [[0, 1, 2]], edge_tags=tags)
+    assert mesh.edge_tags.dtype == np.float32 and np.array_equal(mesh.edge_tags, tags)
+    for wrong in (tags[0], np.zeros((2, 3, 2)), np.zeros((1, 3, 3))):
+        with pytest.raises(ValueError, match="edge_tags: expected"):
+            TriangleMesh(np.eye(3), [[0, 1, 2]], edge_tags=wrong)
+    with pytest.raises(ValueError, match="edge_tags"):
+        TriangleMesh(np.eye(3), [[0, 1, 2]], edge_tags=np.full((1, 3, 2), np.nan))

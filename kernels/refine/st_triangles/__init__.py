@@ -1,8 +1,10 @@
 """Scalar tagged triangles: curved PN triangles whose vertices say how far they bulge and where they crease.
 
 Each vertex has three tags: tension (0 as a PN triangle, 1 straight), sharpness (0 smooth, 1 a crease along edges whose
-ends are both sharp) and bias (-1 to 1, to which side a crease leans). They change the control points and normals of
-set-up alone; evaluation is that of PN triangles. Points of shared edges never depend on a face: no tag opens a crack.
+ends are both sharp) and bias (-1 to 1, to which side a crease leans). The papers give sharpness and bias to vertices in
+one place and to edges in another: a mesh's `edge_tags` come before what its vertices say. Tags change the
+control points and normals of set-up alone; evaluation is that of PN triangles. Points of shared edges never depend on a
+face: no tag opens a crack.
 
 The formulas of the papers' appendix were not found: what stands here is a reconstruction (ST-R) that keeps what they
 say of each tag. All tags zero give PN triangles to the bit.

@@ -26,14 +26,14 @@ def tagged(
         P: corners, (m, 3 corners, 3) in model units, the one of lowest number first.
         N: their unit normals, likewise.
         wuv: (n, 3) weights.
-        tags: (m, 3 corners, 3): tension, sharpness, bias.
+        tags: (m, 3, 3): the tension of P0, P1, P2, then the sharpness of edges P0 P1, P1 P2, P2 P0, then their bias.
         from_p2: (m,): does edge P1 P2 run from P2?
     """
-    p, n, tag = (values.swapaxes(0, 1) for values in (P, N, tags))
-    tension, sharp, bias = (tag[..., k, None] for k in range(3))
+    p, n = (values.swapaxes(0, 1) for values in (P, N))
+    tension, sharp, bias = (tags[:, k].T[..., None] for k in range(3))
     edges = ((0, 1), (1, 2), (2, 0))
-    s = {frozenset(e): sharp[e[0]] * sharp[e[1]] for e in edges}
-    beta = {frozenset(e): (bias[e[0]] + bias[e[1]]) / 2 for e in edges}
+    s = {frozenset(e): sharp[k] for k, e in enumerate(edges)}
+    beta = {frozenset(e): bias[k] for k, e in enumerate(edges)}
     axis = {
         frozenset((0, 1)): unit(p[1] - p[0], 0), frozenset((2, 0)): unit(p[2] - p[0], 0),
         frozenset((1, 2)): unit(np.where(from_p2[:, None], p[1] - p[2], p[2] - p[1]), 0),

@@ -4,7 +4,8 @@
 // Work      1-D, one item per triangle
 // Reads     corners       float[19 * triangle_count]  P0 P1 P2 N0 N1 N2, 1 where edge P1 P2 begins at P2; model units.
 //                                                     Edges begin at their end of lower number, hence P0 is the lowest
-//           tags          float[9 * triangle_count]   of P0, P1, P2: tension, sharpness, bias
+//           tags          float[9 * triangle_count]   tension of P0, P1, P2; sharpness of edges P0 P1, P1 P2, P2 P0;
+//                                                     their bias
 // Writes    coefficients  float[76 * triangle_count]  as refine/cubic_surface.cl has them
 // Needs     refine/cubic.cl
 // Plain     refine/st_triangles/reference.py
@@ -42,24 +43,23 @@ __kernel void st_triangles_setup(
     if (t >= triangle_count) return;
 
     __global const float *in = corners + 19 * (size_t)t;
-    float3 p[3], n[3], tag[3];
+    float3 p[3], n[3];
     for (uint k = 0; k < 3; ++k) {
         p[k] = vload3(k, in);
         n[k] = vload3(3 + k, in);
-        tag[k] = vload3(k, tags + 9 * (size_t)t);
     }
+    const float3 tension = vload3(0, tags + 9 * (size_t)t);
+    const float3 sharpness = vload3(1, tags + 9 * (size_t)t), bias = vload3(2, tags + 9 * (size_t)t);
     cubic_triangle c;
     c.from_p2 = in[18] > 0.0f;
     for (uint k = 0; k < 3; ++k) c.p[k] = p[k];
 
-    const float3 loose = (float3)(1.0f) - (float3)(tag[0].x, tag[1].x, tag[2].x);
+    const float3 loose = (float3)(1.0f) - tension;
     c.bend01 = cubic_bend(p[0], p[1], n[0]) * loose.x, c.bend10 = cubic_bend(p[1], p[0], n[1]) * loose.y;
     c.bend12 = cubic_bend(p[1], p[2], n[1]) * loose.y, c.bend21 = cubic_bend(p[2], p[1], n[2]) * loose.z;
     c.bend20 = cubic_bend(p[2], p[0], n[2]) * loose.z, c.bend02 = cubic_bend(p[0], p[2], n[0]) * loose.x;
 
-    const float sharp01 = tag[0].y * tag[1].y, sharp12 = tag[1].y * tag[2].y, sharp20 = tag[2].y * tag[0].y;
-    const float bias01 = 0.5f * (tag[0].z + tag[1].z), bias12 = 0.5f * (tag[1].z + tag[2].z);
-    const float bias20 = 0.5f * (tag[2].z + tag[0].z);
+    const float sharp01 = sharpness.x, sharp12 = sharpness.y, sharp20 = sharpness.z;
     // about an edge both of its faces turn the same way in space: its axis runs from its end of lower number
     const float3 zero = (float3)(0.0f);
     const float3 d01 = (p[1] - p[0]) * scale, d02 = (p[2] - p[0]) * scale, d12 = (p[2] - p[1]) * scale;
@@ -68,9 +68,9 @@ __kernel void st_triangles_setup(
     const float3 face = cubic_unit((float3)(d01.y * d02.z - d01.z * d02.y, d01.z * d02.x - d01.x * d02.z,
         d01.x * d02.y - d01.y * d02.x), cubic_unit(n[0] + n[1] + n[2], n[0]));
 
-    const float3 n01 = st_side(n[0], face, axis01, sharp01, bias01), n10 = st_side(n[1], face, axis01, sharp01, bias01);
-    const float3 n12 = st_side(n[1], face, axis12, sharp12, bias12), n21 = st_side(n[2], face, axis12, sharp12, bias12);
-    const float3 n20 = st_side(n[2], face, axis20, sharp20, bias20), n02 = st_side(n[0], face, axis20, sharp20, bias20);
+    const float3 n01 = st_side(n[0], face, axis01, sharp01, bias.x), n10 = st_side(n[1], face, axis01, sharp01, bias.x);
+    const float3 n12 = st_side(n[1], face, axis12, sharp12, bias.y), n21 = st_side(n[2], face, axis12, sharp12, bias.y);
+    const float3 n20 = st_side(n[2], face, axis20, sharp20, bias.z), n02 = st_side(n[0], face, axis20, sharp20, bias.z);
     c.n[0] = st_corner(n[0], n01, n02, sharp01, sharp20);
     c.n[1] = st_corner(n[1], n12, n10, sharp12, sharp01);
     c.n[2] = st_corner(n[2], n20, n21, sharp20, sharp12);

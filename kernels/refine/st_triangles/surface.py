@@ -22,21 +22,35 @@ if TYPE_CHECKING:
 RANGES = {"tension": (-1.0, 1.0), "sharpness": (0.0, 1.0), "bias": (-1.0, 1.0)}
 
 
-def vertex_tags(mesh: TriangleMesh, options: TagOptions) -> Floats:
-    """Tension, sharpness and bias of each vertex, (n, 3) float32: the mesh's own, or those of the options.
+def _checked(argument: str, **tags: Floats) -> None:
+    for name, values in tags.items():
+        low, high = RANGES[name]
+        if values.size and not (low <= values.min() and values.max() <= high):
+            got = f"{values.min():g} to {values.max():g}"
+            raise ValueError(f"{argument}: expected {name} of {low:g} to {high:g}, got {got}")
+
+
+def triangle_tags(mesh: TriangleMesh, options: TagOptions) -> Floats:
+    """Of each triangle the tension of its corners, the sharpness and the bias of its edges, (m, 9) float32.
+
+    The mesh's own tags, or those of the options. An edge has the product of its ends' sharpness and the mean of their
+    bias, unless the mesh has tags of edges.
 
     Raises:
         ValueError: a tag out of its range.
     """
-    if mesh.tags is None:
-        given = (options.tension, options.sharpness, options.bias)
-        return np.tile(np.asarray(given, np.float32), (mesh.vertex_count, 1))
-    tags = np.asarray(mesh.tags, np.float32)
-    for (name, (low, high)), values in zip(RANGES.items(), tags.T, strict=True):
-        if len(values) and not (low <= values.min() and values.max() <= high):
-            got = f"{values.min():g} to {values.max():g}"
-            raise ValueError(f"tags: expected {name} of {low:g} to {high:g}, got {got}")
-    return tags
+    given = (options.tension, options.sharpness, options.bias)
+    tags = np.tile(np.asarray(given, np.float32), (mesh.vertex_count, 1))
+    if mesh.tags is not None:
+        tags = np.asarray(mesh.tags, np.float32)
+        _checked("tags", **dict(zip(RANGES, tags.T, strict=True)))
+    tension, sharpness, bias = (tags[mesh.triangles, k] for k in range(3))
+    sharpness = sharpness * np.roll(sharpness, -1, axis=1)
+    bias = np.float32(0.5) * (bias + np.roll(bias, -1, axis=1))
+    if mesh.edge_tags is not None:
+        sharpness, bias = np.moveaxis(np.asarray(mesh.edge_tags, np.float32), 2, 0)
+        _checked("edge_tags", sharpness=sharpness, bias=bias)
+    return np.concatenate([tension, sharpness, bias], axis=1)
 
 
 class StSurface(CubicSurface):
@@ -51,12 +65,14 @@ class StSurface(CubicSurface):
 
     def upload(self, subject: DeviceSubject, coarse: Coarse, corners: Buffer) -> Buffer:
         """The coefficients of each triangle."""
-        self._tags = vertex_tags(coarse.mesh, self._options)[coarse.mesh.triangles]  # (m, 3, 3)
-        tags = subject.upload("tags", self._tags, np.float32, (None, 3, 3))
+        self._tags = triangle_tags(coarse.mesh, self._options)
+        tags = subject.upload("tags", self._tags, np.float32, (None, 9))
         return self.coefficients(subject, coarse, "st_triangles", corners, tags=tags)
 
     def expected(self, coarse: Coarse, rows: NDArray[np.int64]) -> Reference:
         """The tagged surface of these coarse triangles."""
         return partial(
-            tagged, tags=self._tags[rows].astype(np.float64), from_p2=coarse.corners[rows, 18] > 0
+            tagged,
+            tags=self._tags[rows].astype(np.float64).reshape(-1, 3, 3),
+            from_p2=coarse.corners[rows, 18] > 0,
         )

@@ -177,3 +177,11 @@ def test_search_asks_for_no_grid_finer_than_may_be():
 def test_search_refuses_a_negative_target(device):
     with pytest.raises(ValueError, match="target_count: expected at least 0"):
         search_cells(Upload(device, tetrahedron()), -1)
+
+
+def test_duplicates_go_with_the_tags_of_their_edges():
+    tags = np.arange(18).reshape(3, 3, 2)
+    mesh = TriangleMesh(np.eye(3), [[0, 1, 2], [2, 1, 0], [0, 0, 1]], edge_tags=tags)
+    found = without_duplicates(mesh)
+    assert found.triangles.tolist() == [[0, 1, 2], [0, 0, 1]]
+    assert np.array_equal(found.edge_tags, tags[[0, 2]])

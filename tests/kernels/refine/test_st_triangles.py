@@ -67,9 +67,66 @@ def test_no_tags_open_a_crack(device, seed, segments):
     assert len(np.unique(points, axis=0)) == mesh.triangle_count * segments**2 // 2 + 2
 
 
-def ridge_normals(device, **params):
+def of_vertices(mesh):
+    """Tags of edges that say what the mesh's vertices do."""
+    following = np.roll(mesh.triangles, -1, axis=1)
+    ends = mesh.tags[np.stack([mesh.triangles, following])]
+    bias = np.float32(0.5) * (ends[0, ..., 2] + ends[1, ..., 2])
+    return np.stack([ends[0, ..., 1] * ends[1, ..., 1], bias], axis=2)
+
+
+def test_tags_of_edges_that_say_what_vertices_do_change_no_bit(device):
+    mesh = random_tags(shaken(icosphere(1)), 5)
+    tagged = replace(mesh, tags=mesh.tags * (1, 0, 0), edge_tags=of_vertices(mesh))
+    expected, found = (draw(device, one, 5).result()[0] for one in (mesh, tagged))
+    assert found.positions.tobytes() == expected.positions.tobytes()
+    assert found.normals.tobytes() == expected.normals.tobytes()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_tags_of_edges_agree_with_reference_and_open_no_crack(device, seed):
+    mesh = random_tags(shaken(icosphere(1), seed), seed)
+    random = np.random.default_rng(seed)  # the two sides of an edge say different things
+    edge_tags = random.random((mesh.triangle_count, 3, 2)) * (1, 2) - (0, 1)
+    made = draw(device, replace(mesh, edge_tags=edge_tags), 6)
+    assert made.check().passed
+    points = made.result()[0].positions + np.float32(0)
+    assert len(np.unique(points, axis=0)) == mesh.triangle_count * 6**2 // 2 + 2
+
+
+def test_an_edge_creases_by_its_own_tags_whatever_its_ends_say(device):
+    mesh = replace(ROOF.with_normals(), tags=np.tile((0.0, 1.0, 0.0), (4, 1)))
+    edge_tags = np.zeros((2, 3, 2))
+    assert between(ridge_normals(device, replace(mesh, edge_tags=edge_tags))) < 0.05
+    edge_tags[:, 0, 0] = 1  # the ridge is the first edge of both
+    alone = between(ridge_normals(device, replace(mesh, edge_tags=edge_tags)))
+    edge_tags[:, :, 0] = (0, 1, 1)  # the others
+    beside = between(ridge_normals(device, replace(mesh, edge_tags=edge_tags)))
+    # a corner's normal is the mean of its two edges', so that half of a crease reaches the edges beside it
+    assert 0.6 * SLOPES < alone < 0.75 * SLOPES
+    assert beside < 0.35 * SLOPES
+
+
+def test_tags_follow_the_edges_of_triangles_that_are_turned(device):
+    mesh = shaken(icosphere(1))
+    edge_tags = np.random.default_rng(1).random((mesh.triangle_count, 3, 2))
+    whole = replace(mesh, edge_tags=edge_tags)
+    turned = replace(
+        mesh, triangles=np.roll(mesh.triangles, 1, axis=1), edge_tags=np.roll(edge_tags, 1, axis=1)
+    )
+    expected, found = (draw(device, one, 4).result()[0] for one in (whole, turned))
+    assert found.normals.tobytes() == expected.normals.tobytes()
+
+
+def test_bad_tags_of_edges_are_refused(device):
+    mesh = replace(icosphere(0), edge_tags=np.full((20, 3, 2), 1.5))
+    with pytest.raises(ValueError, match=r"edge_tags: expected sharpness of 0 to 1, got 1\.5"):
+        draw(device, mesh)
+
+
+def ridge_normals(device, mesh=ROOF, **params):
     """Normals of the roof's two sides along its ridge, (2, segments + 1, 3), from its first end on."""
-    mesh = ROOF.with_normals()
+    mesh = mesh.with_normals()
     made = draw(device, mesh, 8, **params).result()[0].normals.reshape(2, -1, 3)
     i, j = lattice_rows(8)
     sides = []
