@@ -1,7 +1,8 @@
 """The datasets by name: how each is made or where it is read, how large it is, of which kind.
 
 Generated ones need no files and are named shape_size: any size works (`torus_250k`, `terrain_3m`), the
-nearest count that the shape allows is made, and `_sorted` after it gives the triangles in spatial order.
+nearest count that the shape allows is made, and `_sorted` after it gives the triangles in spatial order;
+`bunny_69k_to_1k` is a coarse version with at most so many triangles, made by fast-simplification.
 Mesh files of one's
 own get a name by `adopt`. Real scans are read from the data folder (LODBENCH_DATA, or the cache of downloads):
 `meshes/`, `bezier/`, `nurbs/`, `nasty/`. Where a scan is not there, `<name>_standin` is a generated surface of
@@ -22,6 +23,7 @@ from pathlib import Path
 
 from lodbench.datasets_gen import fetch as _fetch
 from lodbench.datasets_gen import nurbs, patches, read, standard, triangles
+from lodbench.datasets_gen.coarse import coarse_version
 from lodbench.datasets_gen.names import FOLDERS, SIZED, data_folders
 from lodbench.datasets_gen.order import spatially_sorted
 from lodbench.datasets_gen.ply import ply_counts
@@ -152,6 +154,12 @@ def _generated(name: str) -> Dataset | None:
 def _entry(name: str, files: dict[str, Dataset]) -> Dataset | None:
     if found := _own.get(name) or files.get(name) or _generated(name):
         return found
+    if match := re.fullmatch(r"(\w+?)_to_([1-9]\d{0,5})(k?)(_standin)?", name):
+        base = _entry(match[1] + (match[4] or ""), files)
+        count = int(match[2]) * (1000 if match[3] else 1)
+        note, make = "by fast-simplification", lambda: coarse_version(_mesh(base), count)
+        known = base and base.kind == "triangles"
+        return replace(base, name=name, triangles=None, note=note, make=make) if known else None
     base = _entry(name.removesuffix("_sorted"), files) if name.endswith("_sorted") else None
     if base is None or base.kind != "triangles":
         return None

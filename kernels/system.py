@@ -179,6 +179,15 @@ class Remembering(Protocol):
         ...
 
 
+@runtime_checkable
+class Parametric(Protocol):
+    """A subject whose surface has the same parameters in every frame, whatever its level of detail."""
+
+    def at_parameters(self) -> NDArray[np.float32]:
+        """Points of the last frame's triangles, (n, 3), at parameters that stay the same from frame to frame."""
+        ...
+
+
 @dataclass(frozen=True)
 class System(Generic[P]):
     """A subject under test.

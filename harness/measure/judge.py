@@ -42,8 +42,12 @@ class Judge:
         reference = trials[group.reference].mesh if group.reference else None
         if reference is not None and group.reference != name:
             try:
-                facts |= nested.difference(surface, trial.mesh, reference)
-            except ValueError as error:
+                facts |= (
+                    quality.distance_from(reference, trial.mesh, surface.diagonal)
+                    if group.nearest
+                    else nested.difference(surface, trial.mesh, reference)
+                )
+            except (ValueError, Unsupported) as error:
                 trial.fail(error)
         trial.facts["quality"] = facts or None
 

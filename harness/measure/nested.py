@@ -11,38 +11,9 @@ from __future__ import annotations
 from math import isqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
-from lodbench.kernels.refine.lattice import lattice_rows, lattice_vertex_count
-
-
-def interpolation(segments: int, finer: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Where each vertex of a finer pattern lies on the triangles of one with `segments`: vertices and their weights.
-
-    Args:
-        segments: of the coarser pattern.
-        finer: segments of the finer one, a multiple.
-
-    Returns:
-        Three vertices of the coarser pattern, and their weights, for each of the finer: (3, n) each.
-    """
-    step = finer // segments
-    row, place = lattice_rows(finer)
-    (i, down), (j, along) = np.divmod(row, step), np.divmod(place, step)
-    above = along > down  # in the triangle that has its edge in the row above
-    corners = np.stack(
-        [
-            np.stack([i, j]),
-            np.stack([i + 1, j + 1]),
-            np.stack([np.where(above, i, i + 1), np.where(above, j + 1, j)]),
-        ]
-    )
-    shares = np.stack([np.maximum(down, along), np.minimum(down, along), np.abs(down - along)])
-    shares[0] = step - shares[0]
-    corners = np.where(shares[:, None] > 0, corners, 0)  # past the last row none has a share
-    rows, places = corners[:, 0], corners[:, 1]
-    return rows * (rows + 1) // 2 + places, shares / step
+from lodbench.kernels.refine.lattice import lattice_interpolation, lattice_vertex_count
 
 
 def _pattern(mesh: TriangleMesh, coarse: int) -> tuple[int, Floats]:
@@ -86,7 +57,7 @@ def difference(
     finer, wanted = _pattern(reference, coarse.triangle_count)
     if finer % segments:
         raise ValueError(f"segments: expected a divisor of {finer} to compare, got {segments}")
-    vertices, weights = interpolation(segments, finer)
+    vertices, weights = lattice_interpolation(segments, finer)
     total = largest = 0.0
     for own, theirs in zip(
         points, wanted, strict=True

@@ -14,6 +14,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.opencl import Unsupported
 
 POINTS_LIMIT = 1_000_000  # vertices or centroids looked up per mesh: a few seconds
+COMPARED = 200_000  # points of a finer surface that are looked up: a second
 EPSILON32 = float(np.finfo(np.float32).eps)
 
 
@@ -88,6 +89,40 @@ def _spread(index: NDArray[np.int64]) -> NDArray[np.int64]:
 )  # the tree of a reference costs more than all queries; its results follow each other
 def _located(reference: TriangleMesh) -> _Located:
     return _Located(reference, _frame(reference))
+
+
+def distance_from(
+    reference: TriangleMesh, result: TriangleMesh, diagonal: float
+) -> dict[str, float | int]:
+    """How far the vertices of a finer surface, an even choice of them, are from the triangles of a coarser one.
+
+    Args:
+        reference: the finer surface.
+        result: the coarser, in the same units.
+        diagonal: that distances are fractions of.
+
+    Returns:
+        `rms_difference`, `max_difference`, and how many points there were, `compared_points`.
+
+    Raises:
+        Unsupported: libigl is not installed.
+        ValueError: the result has no triangles.
+    """
+    if not result.triangle_count:
+        raise ValueError("result: expected triangles to compare, got none")
+    scale = diagonal or 1.0
+    located = _Located(result, (_origin(result), result.box[0], scale))
+    step = (
+        -(-reference.vertex_count // COMPARED) | 1
+    )  # odd: no row of a pattern is met at one place alone
+    points = reference.positions[::step].astype(np.float64)
+    points = (points - (result.box[0] + (_origin(result) - _origin(reference)))) / scale
+    squared, _ = located.nearest(points)
+    return {
+        "rms_difference": float(np.sqrt(squared.mean())),
+        "max_difference": float(np.sqrt(squared.max())),
+        "compared_points": len(points),
+    }
 
 
 def measure(

@@ -19,6 +19,7 @@ from lodbench.datasets_gen.finest import finest
 from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.harness.measure.budget import Budget
 from lodbench.harness.measure.judge import Judge
+from lodbench.harness.measure.moves import Moves
 from lodbench.harness.measure.progress import Progress
 from lodbench.harness.measure.timing import OtherLoad, interleave, take
 from lodbench.harness.measure.trial import Trial
@@ -242,7 +243,8 @@ class Session:
         record: Callable[..., None],
         budget: Budget,
     ) -> None:
-        """The whole path several times, the first to warm; at each step all subjects in turn."""
+        """The whole path several times, the first to warm and to see surfaces move; at each step all in turn."""
+        moves = {name: Moves() for name in trials}
         views = {
             name: path.views(*finest(surface).box, size=trial.subject.draw.size)
             for name, trial in trials.items()
@@ -256,9 +258,14 @@ class Session:
                     trial.prepared.reset()
                 trial.seen = Frame(views[name][step])
                 sample = take(name, trial.whole_frame, round_ * path.frames + step, not round_)
-                if sample is not None and trial.prepared is not None and round_:
-                    triangles = trial.prepared.counters().get("triangles")
-                    record("frame", **plain(sample), step=step, triangles=triangles)
+                if sample is None or trial.prepared is None:
+                    continue
+                if not round_:
+                    moves[name].see(trial.prepared, finest(surface).diagonal)
+                    continue
+                triangles = trial.prepared.counters().get("triangles")
+                moved = moves[name].to(step) if round_ == 1 else {}
+                record("frame", **plain(sample), step=step, triangles=triangles, **moved)
 
     def _surface(self, dataset: catalogue.Dataset) -> Any:
         if self._last != dataset.name:

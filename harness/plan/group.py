@@ -76,7 +76,8 @@ class Group:
     seen this much larger than the view that shows the whole; `once`: each subject's first frame is its one sample,
     for set-up that takes seconds on the host and has nothing to warm; `seed`: of the samples that errors are taken
     from, where it is not the run's; `path`: what is drawn apart is seen from along it, every frame recorded;
-    `reference`: label of a refinement by pattern against which those by coarser ones are compared.
+    `reference`: label of a refinement against which the others are compared, at the same parameters of the same
+    pattern, or, with `nearest`, by how far its vertices are from them.
     """
 
     dataset: str
@@ -90,6 +91,7 @@ class Group:
     seed: int | None = None
     path: CameraPath | None = None
     reference: str | None = None
+    nearest: bool = False
 
     @property
     def judged(self) -> bool:
@@ -114,6 +116,7 @@ class Group:
             **({} if self.seed is None else {"seed": self.seed}),
             **({} if self.path is None else {"path": plain(self.path)}),
             **({} if self.reference is None else {"reference": self.reference}),
+            **({"nearest": True} if self.nearest else {}),
             "subjects": [
                 {
                     "label": subject.name,

@@ -131,6 +131,7 @@ PATH_COLUMNS = (
     Column("most_fps", "fps, fastest view", "1/s", brief=True),
     Column("most_triangles", "most triangles", brief=True),
     Column("least_triangles", "fewest triangles", brief=True),
+    Column("most_moved", "largest move between views", "1", brief=True),
 )
 QUALITY_COLUMNS = (
     Column("rms_error", "RMS error", "1", brief=True),

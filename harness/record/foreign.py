@@ -43,7 +43,7 @@ ROWS: dict[str, dict[str, Any]] = {
         "from_cache?": {"*": bool}, "memory_growth_bytes?": _Count,
     },
     "sample": _SAMPLE,
-    "frame": {**_SAMPLE, "step?": int, "triangles?": _Number},
+    "frame": {**_SAMPLE, "step?": int, "triangles?": _Number, "moved?": float},
     "subject": {
         **_GROUP, "subject": str, "status": STATUSES, "reason": str, "counters?": _NUMBERS,
         "footprint?": _NUMBERS, "traffic?": {"*": {"bytes": int, "flops": int}},

@@ -9,7 +9,7 @@ triangles_out, vertices_out, cells      what came out, and the grid that was ask
 wall_s, wall_s_min, _lower, _upper, samples, stage_fps      of the counted samples
 stage_s, <stage>_s                      device seconds, of all stages and of each
 frame_s, frame_s_lower, _upper, frames, frame_fps           whole frames, drawn
-steps, least_fps, most_fps, most_triangles, least_triangles along a camera path
+steps, least_fps, most_fps, most_triangles, least_triangles, most_moved along a camera path
 stored_vertices, stored_bytes, batches, memory_bytes, limit_share, first_launch_s
 rms_error ... flipped_triangles         where quality was measured
 ratio_to_<subject>, frame_ratio_to_<subject>, with _low and _high
@@ -100,7 +100,8 @@ def _path(subject: SubjectRecord) -> Row:
     drawn = [frame["triangles"] for frame in subject.frames if frame.get("triangles")]
     if drawn:
         row |= {"most_triangles": max(drawn), "least_triangles": min(drawn)}
-    return row
+    moved = [frame["moved"] for frame in subject.frames if "moved" in frame]
+    return row | ({"most_moved": max(moved)} if moved else {})
 
 
 def published(group: GroupRecord, system: str, **values: float | None) -> Row:

@@ -57,6 +57,36 @@ def lattice_triangles(segments: int) -> Indices:
     return pairs[in_row].astype(np.uint32)
 
 
+def lattice_interpolation(
+    segments: int, finer: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Where each vertex of a finer pattern lies on the triangles of one with `segments`: vertices and their weights.
+
+    Args:
+        segments: of the coarser pattern.
+        finer: segments of the finer one, a multiple.
+
+    Returns:
+        Three vertices of the coarser pattern, and their weights, for each of the finer: (3, n) each.
+    """
+    step = finer // segments
+    row, place = lattice_rows(finer)
+    (i, down), (j, along) = np.divmod(row, step), np.divmod(place, step)
+    above = along > down  # in the triangle that has its edge in the row above
+    corners = np.stack(
+        [
+            np.stack([i, j]),
+            np.stack([i + 1, j + 1]),
+            np.stack([np.where(above, i, i + 1), np.where(above, j + 1, j)]),
+        ]
+    )
+    shares = np.stack([np.maximum(down, along), np.minimum(down, along), np.abs(down - along)])
+    shares[0] = step - shares[0]
+    corners = np.where(shares[:, None] > 0, corners, 0)  # past the last row none has a share
+    rows, places = corners[:, 0], corners[:, 1]
+    return rows * (rows + 1) // 2 + places, shares / step
+
+
 def lattice_sharing(triangles: Indices, segments: int) -> tuple[NDArray[np.uint32], int]:
     """Which refined vertices are one, by integers alone: (edge, place on it) and never by position.
 

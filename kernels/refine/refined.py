@@ -11,6 +11,7 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.kernels.opencl import Buffer, Device, Timeline
 from lodbench.kernels.refine.lattice import (
+    lattice_interpolation,
     lattice_triangles,
     lattice_vertex_count,
     lattice_weights,
@@ -199,6 +200,15 @@ class Refined(DeviceSubject):
     def welded(self) -> TriangleMesh:
         """The last frame's mesh with every shared vertex once, matched by edge and place on it."""
         return welded_mesh(self.result()[0], self._mesh.triangles, self._drawn.segments)
+
+    def at_parameters(self) -> Floats:
+        """See `Parametric`: at the vertices of the finest level."""
+        vertices, weights = lattice_interpolation(self._drawn.segments, self._params.segments)
+        parts = [
+            np.einsum("kn,mknd->mnd", weights.astype(np.float32), points[:, vertices])
+            for _, points, _ in self._read()
+        ]
+        return _joined(parts or [np.zeros((0, 3), np.float32)]).reshape(-1, 3)
 
     def check(self) -> Check:
         """Points and normals of some coarse triangles, spread over the mesh, against float64."""

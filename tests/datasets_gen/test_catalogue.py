@@ -272,3 +272,14 @@ def test_few_triangles_are_asked_about():
 def test_unknown_name_brings_those_that_hold_it(nowhere):
     with pytest.raises(ValueError, match=r"closest: .*bunny_69k_standin"):
         catalogue.find("bunny")
+
+
+def test_coarse_version_has_at_most_so_many_triangles_and_its_own_name(nowhere):
+    for name in ("torus_20k_to_1k", "bunny_69k_to_500_standin"):
+        found = catalogue.find(name)
+        assert found.name == name
+        assert found.standin == name.endswith("_standin")
+        assert 0.9 < found.surface.triangle_count / (1000 if "1k" in name else 500) <= 1
+    assert catalogue.find("icosphere_0_to_1k").surface.triangle_count == 20
+    with pytest.raises(ValueError, match="dataset"):
+        catalogue.find("nothing_to_1k")

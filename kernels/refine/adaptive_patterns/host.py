@@ -9,13 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.kernels.opencl import Device, Launch, Timeline
 from lodbench.kernels.refine.adaptive_patterns.choosing import FOLDER, Choosing
 from lodbench.kernels.refine.adaptive_patterns.params import Params
 from lodbench.kernels.refine.adaptive_patterns.pool import pool
 from lodbench.kernels.refine.adaptive_patterns.reference import edge_depths, morphed
-from lodbench.kernels.refine.adaptive_patterns.sharing import in_patterns, interpolated, sharing
+from lodbench.kernels.refine.adaptive_patterns.sharing import (
+    in_patterns,
+    interpolated,
+    sharing,
+    to_lattice,
+)
 from lodbench.kernels.refine.adaptive_patterns.tags import measures
 from lodbench.kernels.refine.launching import VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.surface import TOLERANCE
@@ -191,6 +196,17 @@ class AdaptivePatterns(Choosing):
             for name in ("normals", "uvs", "colours", "tags")
         }
         return TriangleMesh(mesh.positions[first], welded[mesh.triangles], **others)
+
+    def at_parameters(self) -> Floats:
+        """See `Parametric`: at the lattice of the finest depth."""
+        points = self.device.read(self._positions, self.live()[0]).reshape(-1, 3)
+        made = np.zeros((self._coarse.count, self.pool.lattice_vertices, 3), np.float32)
+        for pattern, rows, slots in in_patterns(*self.chosen(), self._params.finest):
+            there = to_lattice(pattern, self._params.finest) @ points[slots.T].reshape(
+                len(pattern.used), -1
+            )
+            made[rows] = there.reshape(-1, len(rows), 3).swapaxes(0, 1)
+        return made.reshape(-1, 3)
 
     def check(self) -> Check:
         """Tags and patterns against numpy, points and normals of some coarse triangles against float64."""

@@ -19,6 +19,7 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from lodbench.datasets_gen.surfaces import Floats, Indices
 from lodbench.kernels.refine.lattice import (
@@ -112,6 +113,27 @@ class Pattern:
     def last_row(self) -> int:
         """Place of the first vertex of edge P1 P2; it and all after it are on that edge."""
         return len(self.used) - (1 << self.depths[0]) - 1
+
+    def interpolation(self, depth: int) -> csr_array:
+        """What takes values at its vertices to the lattice of a depth no less: (lattice vertices, vertices)."""
+        corners = self.integer_weights[self.triangles] << (
+            depth - self.depth
+        )  # (m, corner, weight)
+        solve = np.linalg.inv(
+            corners.astype(np.float64)
+        )  # weights of P0, P1, P2 to those of corners
+        places = _weights(1 << depth)
+        inside = np.full(len(places), -np.inf)
+        holder = np.zeros(len(places), np.int64)
+        for triangle, own in enumerate(solve):
+            least = (places @ own).min(axis=1)
+            better = least > inside
+            inside[better], holder[better] = least[better], triangle
+        shares = np.einsum("nj,njk->nk", places, solve[holder])
+        rows = np.repeat(np.arange(len(places)), 3)
+        columns = self.triangles[holder].ravel()
+        shape = (len(places), len(self.used))
+        return csr_array((shares.ravel(), (rows, columns)), shape)
 
     @property
     def moves(self) -> Indices:

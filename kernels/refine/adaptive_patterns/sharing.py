@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import product
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from lodbench.datasets_gen.surfaces import Indices, TriangleMesh
 from lodbench.kernels.refine.adaptive_patterns.pool import Integers, Pattern
+
+
+@cache
+def _pattern(place: int, finest: int) -> Pattern:
+    """A pattern of the pool, made once."""
+    i, rest = divmod(place, (finest + 1) ** 2)
+    return Pattern((i, *divmod(rest, finest + 1)))
 
 
 def in_patterns(
@@ -22,12 +30,11 @@ def in_patterns(
         offsets: (m,) where its vertices begin.
         finest: depth of the pool.
     """
-    every = list(product(range(finest + 1), repeat=3))
     order = np.argsort(numbers, kind="stable")
     used, first = np.unique(numbers[order], return_index=True)
     ends = [*first[1:], len(order)]
     for place, begin, end in zip(used, first, ends, strict=False):
-        pattern, rows = Pattern(every[place]), order[begin:end]
+        pattern, rows = _pattern(int(place), finest), order[begin:end]
         yield pattern, rows, offsets[rows, None].astype(np.int64) + np.arange(len(pattern.used))
 
 
@@ -87,3 +94,9 @@ def interpolated(
         for name, values in given.items():
             made[name][slots] = np.matmul(weights, values[mesh.triangles[rows]])
     return made
+
+
+@cache
+def to_lattice(pattern: Pattern, finest: int) -> csr_array:
+    """See `Pattern.interpolation`; kept, since a path of frames uses the same patterns again and again."""
+    return pattern.interpolation(finest)

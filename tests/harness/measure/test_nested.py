@@ -3,7 +3,7 @@ import pytest
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, torus
-from lodbench.harness.measure.nested import difference, interpolation
+from lodbench.harness.measure.nested import difference
 from lodbench.kernels.refine.lattice import lattice_weights, refined_mesh
 
 
@@ -13,14 +13,6 @@ def refined(coarse, segments, lift=lambda points: 0.0):
     points = points.reshape(-1, 3)
     points[:, 2] += lift(points)
     return refined_mesh(coarse, segments, points.astype(np.float32), np.zeros_like(points))
-
-
-@pytest.mark.parametrize("segments, finer", [(1, 1), (1, 6), (2, 6), (3, 12), (5, 5)])
-def test_interpolation_gives_each_finer_vertex_its_own_parameters(segments, finer):
-    vertices, weights = interpolation(segments, finer)
-    assert (weights >= 0).all() and np.allclose(weights.sum(0), 1)
-    there = np.einsum("kn,knd->nd", weights, lattice_weights(segments)[vertices])
-    assert np.allclose(there, lattice_weights(finer), atol=1e-15)
 
 
 def test_flat_refinement_differs_by_nothing_but_rounding():

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness.measure import quality
-from lodbench.harness.measure.quality import measure, topology
+from lodbench.harness.measure.quality import distance_from, measure, topology
 from lodbench.kernels.opencl.device import Unsupported
 
 TETRAHEDRON = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
@@ -212,3 +213,19 @@ def test_topology_finds_slivers_at_any_scale(scale):
     assert topology(moved(square(), scale))["degenerate_triangles"] == 0
     flat = TriangleMesh(np.array([[0, 0, 0], [1, 1, 0], [2, 2, 0]]) * scale, [[0, 1, 2]])
     assert topology(flat)["degenerate_triangles"] == 1
+
+
+def test_distance_from_a_finer_surface_is_that_of_its_vertices():
+    coarse, fine = icosphere(2), icosphere(5)
+    found = distance_from(fine, coarse, coarse.diagonal)
+    radii = np.linalg.norm(coarse.positions[coarse.triangles].mean(1), axis=1)
+    assert found["compared_points"] == fine.vertex_count
+    assert (
+        0.9 * (1 - radii.min())
+        < found["max_difference"] * coarse.diagonal
+        < 1.1 * (1 - radii.min())
+    )
+    assert 0 < found["rms_difference"] < found["max_difference"]
+    assert distance_from(fine, fine, 1.0)["max_difference"] < 1e-7
+    with pytest.raises(ValueError, match="result: expected triangles to compare, got none"):
+        distance_from(fine, TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int)), 1.0)

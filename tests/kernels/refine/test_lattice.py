@@ -6,6 +6,7 @@ import pytest
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, torus
 from lodbench.kernels.refine.lattice import (
+    lattice_interpolation,
     lattice_rows,
     lattice_sharing,
     lattice_triangles,
@@ -111,3 +112,11 @@ def test_lattice_sharing_of_no_triangles_is_empty():
     welded, count = lattice_sharing(np.zeros((0, 3), np.uint32), 4)
     assert welded.shape == (0, 15)
     assert count == 0
+
+
+@pytest.mark.parametrize("segments, finer", [(1, 1), (1, 6), (2, 6), (3, 12), (5, 5)])
+def test_interpolation_gives_each_finer_vertex_its_own_parameters(segments, finer):
+    vertices, weights = lattice_interpolation(segments, finer)
+    assert (weights >= 0).all() and np.allclose(weights.sum(0), 1)
+    there = np.einsum("kn,knd->nd", weights, lattice_weights(segments)[vertices])
+    assert np.allclose(there, lattice_weights(finer), atol=1e-15)
