@@ -59,6 +59,8 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/tables/dt07_timing.py": "harness/tables/test_dt07.py",
     "harness/tables/gmr05_figure4.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_figure7.py": "harness/tables/test_gmr05.py",
+    "harness/tables/gems3_adaptive.py": "harness/tables/test_gems3.py",
+    "harness/tables/gems3_pool.py": "harness/tables/test_gems3.py",
     "harness/tables/gmr05_path.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_st_mesh.py": "harness/tables/test_gmr05.py",
     "harness/tables/w14_parameterisation.py": "harness/tables/test_w14.py",

@@ -7,9 +7,9 @@ from lodbench.harness.record.record import GroupRecord, RunRecord, SubjectRecord
 from lodbench.harness.report import document
 
 
-def subject(label, seconds, *, status="ok", **facts):
+def subject(label, seconds, *, status="ok", system=None, **facts):
     """Samples in turns 3, 4 ...; `seconds` is a list of wall times, or of {stage: seconds}."""
-    found = SubjectRecord(label, system=label, status=status, reason="", **facts)
+    found = SubjectRecord(label, system=system or label, status=status, reason="", **facts)
     for turn, value in enumerate(seconds, 3):
         stages = value if isinstance(value, dict) else {"call": value}
         wall = sum(stages.values())
