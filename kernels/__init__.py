@@ -11,8 +11,9 @@ from lodbench.kernels.api import (
     tessellate_surface,
 )
 from lodbench.kernels.opencl import Device, DeviceError, Unsupported
-from lodbench.kernels.render import render, turntable
+from lodbench.kernels.render import render
 from lodbench.kernels.result import Result
+from lodbench.kernels.turntable import turntable
 
 __all__ = [
     "Device", "DeviceError", "Result", "Unsupported",

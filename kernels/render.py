@@ -1,8 +1,8 @@
-"""render and turntable: pictures of a mesh in one call."""
+"""render: a picture of a mesh in one call, and what others draw pictures with."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
@@ -10,14 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels import verbs
 from lodbench.kernels.api import open_device
 from lodbench.kernels.inputs import as_mesh, with_triangles
-from lodbench.kernels.opencl import Device, Timeline
+from lodbench.kernels.opencl import Device, Timeline, Unsupported
 from lodbench.kernels.parameters import Range, check
-from lodbench.kernels.stages.camera import TABLE_SIZE, distance_to_show, fit_points, look_at, moved
+from lodbench.kernels.stages.camera import TABLE_SIZE, fit_points, moved
 from lodbench.kernels.stages.raster import Raster, Side
 from lodbench.kernels.stages.shading import Shading
-from lodbench.kernels.system import DeviceSurface, Frame, View
+from lodbench.kernels.system import NOTHING_TO_DRAW, DeviceSurface, Frame, View, run
 
 MOST_PIXELS = 16384  # along a side, as drawn
 COLOURS = ("smooth", "flat", "wireframe", "triangle", "vertex")
@@ -38,7 +39,7 @@ def upload_surface(device: Device, mesh: TriangleMesh, normals: bool = True) -> 
     )
 
 
-def _direction(camera: tuple[float, float], up: str) -> NDArray[np.float64]:
+def direction(camera: tuple[float, float], up: str) -> NDArray[np.float64]:
     """From a mesh to the eye at this azimuth and elevation, degrees: (3,), unit length."""
     check("up", up, Literal["x", "y", "z"])
     around, above = np.radians(check("camera", camera, tuple[float, float]))
@@ -66,9 +67,9 @@ def mesh_view(
         ValueError: an unknown axis, a size out of range, or angles that are no numbers.
     """
     size = check("size", size, tuple[Side, Side])
-    direction = _direction(camera, up)
+    towards = direction(camera, up)
     points = mesh.positions if mesh.vertex_count else np.zeros((1, 3))
-    view = fit_points(points, direction, size, up=UP[up])
+    view = fit_points(points, towards, size, up=UP[up])
     return view if mesh.origin is None else moved(view, mesh.origin)
 
 
@@ -95,7 +96,7 @@ def colour_table(name_or_colours: str | ArrayLike) -> NDArray[np.float32]:
     return (np.clip(table, 0, 1) ** 2).astype(np.float32)  # the fragment stage ends with a root
 
 
-def _shading(
+def shading_of(
     mesh: TriangleMesh,
     colour: str | ArrayLike,
     wireframe: bool,
@@ -103,6 +104,7 @@ def _shading(
     colour_map: str | ArrayLike,
     colour_range: tuple[float, float] | None,
 ) -> Shading:
+    """How `render` draws, by its arguments and its errors."""
     wireframe, cull = check("wireframe", wireframe, bool), check("cull", cull, bool)
     colour_range = check("colour_range", colour_range, tuple[float, float] | None)
     if isinstance(colour, str):
@@ -156,7 +158,9 @@ def render(
     up: str = "y",
     colour_map: str | ArrayLike = "viridis",
     colour_range: tuple[float, float] | None = None,
+    refine: str | None = None,
     device: Device | str | None = None,
+    **options: Any,
 ) -> NDArray[np.uint8]:
     """A picture of a mesh, (height, width, 3) uint8.
 
@@ -173,7 +177,9 @@ def render(
         up: "x", "y" or "z", the axis that points upwards where the camera is not a `View`.
         colour_map: of matplotlib, or (n, 3) colours 0..1.
         colour_range: the values at its ends; None: the least and the largest.
+        refine: a system with the verb refine: what is drawn is the mesh as it refines it for this view, on the device.
         device: an open device, a name for `Device.open`, or None for the default.
+        **options: of that system's Params, such as segments, or surface and by of adaptive patterns.
 
     Raises:
         TypeError, ValueError: an argument is wrong.
@@ -184,62 +190,68 @@ def render(
         view = mesh_view(mesh.with_origin(None), camera or CAMERA, size, up)
     else:
         view = camera if mesh.origin is None else moved(camera, -mesh.origin)
-    shading = _shading(mesh, colour, wireframe, cull, colour_map, colour_range)
-    (image,) = _pictures(open_device(device), mesh, [view], shading, samples)
+    shading = shading_of(mesh, colour, wireframe, cull, colour_map, colour_range)
+    drawn = drawn_surfaces(open_device(device), mesh, shading, refine, options)
+    (image,) = pictures(open_device(device), drawn, [view], shading, samples)
     return image
 
 
-def turntable(
-    points: Any,
-    faces: Any = None,
-    frames: int = 36,
-    camera: tuple[float, float] = CAMERA,
-    size: tuple[int, int] = (640, 512),
-    colour: str | ArrayLike = "smooth",
-    *,
-    wireframe: bool = False,
-    cull: bool = False,
-    samples: int = 2,
-    up: str = "y",
-    colour_map: str | ArrayLike = "viridis",
-    colour_range: tuple[float, float] | None = None,
-    device: Device | str | None = None,
-) -> NDArray[np.uint8]:
-    """Pictures of a mesh from all around, (frames, height, width, 3) uint8, from one distance that shows it whole.
+Drawn = Callable[[View], Sequence[DeviceSurface]]
+"""What is drawn of a view, made for it if need be."""
 
-    Args:
-        frames: how many, 1 to 1,000, in equal steps of azimuth from that of `camera` on.
-        camera: azimuth of the first and elevation of all, degrees.
 
-    The other arguments and errors are those of `render`.
+def drawn_surfaces(
+    device: Device,
+    mesh: TriangleMesh,
+    shading: Shading,
+    refine: str | None,
+    options: Mapping[str, Any],
+) -> Drawn:
+    """The mesh itself, or as a system refines it for each view.
+
+    Raises:
+        TypeError, ValueError: an unknown system or option, or values that colour a mesh that is refined.
+        Unsupported: the device cannot hold the mesh.
     """
-    frames = check("frames", frames, Annotated[int, Range(1, 1000)])
-    size = check("size", size, tuple[Side, Side])
-    around, above = check("camera", camera, tuple[float, float])
-    mesh = with_triangles(as_mesh(points, faces)).with_origin(None)
-    low, high = mesh.box if mesh.vertex_count else (np.zeros(3), np.zeros(3))
-    middle = (np.asarray(low, np.float64) + np.asarray(high, np.float64)) / 2
-    points = mesh.positions if mesh.vertex_count else np.zeros((1, 3))
-    ways = [_direction((around + 360 * k / frames, above), up) for k in range(frames)]
-    away = max(distance_to_show(points, middle, way, size, up=UP[up]) for way in ways)
-    views = [look_at(middle + away * way, middle, UP[up], size=size) for way in ways]
-    shading = _shading(mesh, colour, wireframe, cull, colour_map, colour_range)
-    return np.stack(list(_pictures(open_device(device), mesh, views, shading, samples)))
+    if refine is None:
+        if options:
+            raise TypeError(
+                f"{next(iter(options))}: expected with refine, the system whose option it is"
+            )
+        surface = upload_surface(device, mesh, normals=shading.smooth)
+        return lambda view: [surface]
+    if shading.values is not None:
+        raise ValueError("colour: expected no values where the mesh is refined, got some")
+    verbs.method("refine", check("refine", refine, str), mesh)
+    system = verbs.declared(refine)
+    assert system is not None
+    kind = type(next(iter(system.cases.values())))
+    prepared = system.prepare(device, mesh, kind.named(**options))
+
+    def refined(view: View) -> Sequence[DeviceSurface]:
+        run(device, prepared, Frame(view))
+        if not prepared.output:
+            raise Unsupported(NOTHING_TO_DRAW)
+        return prepared.output
+
+    return refined
 
 
-def _pictures(
-    device: Device, mesh: TriangleMesh, views: Sequence[View], shading: Shading, samples: int
+def pictures(
+    device: Device, drawn: Drawn, views: Sequence[View], shading: Shading, samples: int
 ) -> Iterator[NDArray[np.uint8]]:
-    """The mesh as each view sees it, all of one size, `samples` squared points per pixel."""
+    """What each view sees, all of one size, `samples` squared points per pixel."""
     width, height = views[0].width, views[0].height
     most = Range(1, max(MOST_PIXELS // max(width, height), 1))
     samples = check("samples", samples, Annotated[int, most])
     shading = replace(shading, line_width=shading.line_width * samples)
-    surface = upload_surface(device, mesh, normals=shading.smooth)
-    raster = Raster(device, [surface], width * samples, height * samples, shading)
+    raster = None
     for view in views:
-        drawn = replace(view, width=width * samples, height=height * samples)
-        raster([surface], Frame(drawn), Timeline())
+        surfaces = drawn(view)
+        if raster is None:
+            raster = Raster(device, surfaces, width * samples, height * samples, shading)
+        larger = replace(view, width=width * samples, height=height * samples)
+        raster(surfaces, Frame(larger), Timeline())
         yield _mean(raster.image(), samples)
 
 

@@ -13,6 +13,7 @@ from typing import Any
 from lodbench.datasets_gen import names
 
 COLOURS = ("smooth", "flat", "wireframe", "triangle", "vertex")
+PATHS = ("turntable", "orbit", "fly_through")
 DISPLACEMENTS = ("sine", "perlin", "turbulence")
 MODES = ("coarse_to_fine", "cmcf", "ray")
 MESHES = (*names.FOLDERS["meshes"], ".npz")
@@ -89,6 +90,11 @@ def formats() -> list[str]:
 def colours() -> tuple[str, ...]:
     """What `render --colour` takes."""
     return COLOURS
+
+
+def paths() -> tuple[str, ...]:
+    """What `render --path` takes."""
+    return PATHS
 
 
 def modes() -> tuple[str, ...]:

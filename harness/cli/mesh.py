@@ -1,9 +1,8 @@
-"""Commands that work on one's own meshes: simplify, refine, render."""
+"""Commands that work on one's own meshes: simplify, refine."""
 
 from __future__ import annotations
 
 import time
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -16,7 +15,6 @@ from lodbench.harness.cli.files import (
     MeshTarget,
     OutArgument,
     Source,
-    Target,
     read_source,
 )
 from lodbench.harness.cli.options import (
@@ -183,87 +181,3 @@ def refine(
         opened, found.surface, segments=segments, method=method, weld=weld, **extra
     )
     _finish(result, found, target, started, json_output, quiet)
-
-
-SECONDS_PER_TURN = 4.0
-
-
-def _numbers(option: str, text: str, separator: str, kind: type) -> tuple[Any, Any]:
-    """Two numbers of one word, such as 1280x1024 or 30,20."""
-    try:
-        first, second = text.lower().split(separator)
-        return kind(first), kind(second)
-    except ValueError:
-        raise ValueError(f"{option}: expected A{separator}B, got {text!r}") from None
-
-
-@app.command()
-def render(
-    source: InArgument,
-    out: Annotated[
-        Path,
-        typer.Argument(metavar="OUT", help="PNG, or GIF for a full turn; - for standard output."),
-    ],
-    size: Annotated[
-        str | None,
-        typer.Option("--size", help="Pixels: WIDTHxHEIGHT; 1280x1024, of a turn 640x512."),
-    ] = None,
-    frames: Annotated[
-        int | None, typer.Option("--turntable", help="Frames of a full turn, as a GIF.")
-    ] = None,
-    camera: Annotated[
-        str, typer.Option("--camera", help="AZIMUTH,ELEVATION of the eye, degrees.")
-    ] = "30,20",
-    colour: Annotated[
-        str,
-        typer.Option(
-            "--colour",
-            "--color",
-            autocompletion=complete.colours,
-            help="smooth, flat, wireframe, triangle, or vertex: the mesh's own.",
-        ),
-    ] = "smooth",
-    wireframe: Annotated[bool, typer.Option("--wireframe", help="Draw the edges too.")] = False,
-    cull: Annotated[bool, typer.Option("--cull", help="Leave out faces that turn away.")] = False,
-    up: Annotated[str, typer.Option("--up", help="The axis that points upwards.")] = "y",
-    device: DeviceOption = None,
-    json_output: JsonOption = False,
-    quiet: QuietOption = False,
-) -> None:
-    """A picture of a mesh, or a full turn of it.
-
-    Example: lodbench render small.ply small.png --camera 120,10 --wireframe
-
-    Turning: lodbench render small.ply small.gif --turntable 12 --size 160x128
-
-    Piped: lodbench datasets make terrain_2k - | lodbench render - terrain.png --up z
-    """
-    from lodbench.kernels import Device
-    from lodbench.kernels import render as draw
-    from lodbench.kernels import turntable as draw_turning
-    from lodbench.kernels.image import gif_bytes, png_bytes
-
-    target = Target(out)
-    turning = out.suffix.lower() == ".gif" or frames is not None
-    target.check(*(() if target.piped else (".gif",) if frames is not None else (".png", ".gif")))
-    pixels = _numbers("size", size or ("640x512" if turning else "1280x1024"), "x", int)
-    look: dict[str, Any] = {
-        "camera": _numbers("camera", camera, ",", float), "size": pixels, "colour": colour,
-        "wireframe": wireframe, "cull": cull, "up": up, "device": Device.open(device),
-    }  # fmt: skip
-    mesh = read_source(source).triangles().surface
-    started = time.perf_counter()
-    if turning:
-        content = gif_bytes(draw_turning(mesh, frames=frames or 36, **look), SECONDS_PER_TURN)
-    else:
-        content = png_bytes(draw(mesh, **look))
-    target.write(content)
-    facts = {"out": out, "triangles_in": mesh.triangle_count, "width": pixels[0],
-             "height": pixels[1], "wall_s": time.perf_counter() - started}  # fmt: skip
-    if json_output:
-        target.say_json(facts)
-    elif not quiet:
-        target.say(
-            f"{out}: {mesh.triangle_count:,} triangles, {pixels[0]}x{pixels[1]} pixels, "
-            f"{facts['wall_s']:.2f} s"
-        )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -107,19 +106,6 @@ def orbit(
     """
     target = np.asarray(target, np.float64)
     return look_at(target + distance * _direction(azimuth, elevation), target, fov_y=fov, size=size)
-
-
-def turntable(
-    n: int,
-    target: ArrayLike,
-    distance: float,
-    elevation: float = 20.0,
-    fov: float = FOV_Y,
-    size: tuple[int, int] = TABLE_SIZE,
-) -> Iterator[View]:
-    """`n` views around `target`, a full turn in equal steps of azimuth."""
-    for step in range(n):
-        yield orbit(target, distance, 360.0 * step / n, elevation, fov, size)
 
 
 def fit_points(

@@ -4,8 +4,9 @@ import trimesh
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere
+from lodbench.kernels import Unsupported, refine
 from lodbench.kernels.image import psnr
-from lodbench.kernels.render import colour_table, mesh_view, render, turntable
+from lodbench.kernels.render import colour_table, mesh_view, render
 
 SPHERE = icosphere(3)
 SIZE = (120, 90)
@@ -219,24 +220,27 @@ def test_render_of_a_scan(device, data_folder):
     assert 0.2 < covered(image).mean() < 0.8
 
 
-@pytest.mark.parametrize("up", ["x", "y", "z"])
-def test_turntable_keeps_its_distance_and_shows_all(device, up):
-    tall = TriangleMesh(icosphere(1).positions * (1, 4, 2), icosphere(1).triangles)
-    images = turntable(tall, frames=8, size=(48, 40), up=up, colour="flat", device=device)
-    assert images.shape == (8, 40, 48, 3)
-    background = images[0][:, :1]
-    for image in images:
-        shown = (image != background).any(-1)
-        assert shown.any() and not shown[[0, -1]].any() and not shown[:, [0, -1]].any()
-    # half a turn on, a body that is its own image through its middle has an outline as large
-    outline = [(image != background).any(-1).sum() for image in images]
-    assert outline[0] == pytest.approx(outline[4], rel=0.06)
+def test_render_draws_what_a_system_makes_of_the_mesh_for_the_view(device):
+    mesh = icosphere(0)
+    refined = refine(mesh, method="pn_triangles", segments=16, weld=False, device=device)
+    view = mesh_view(icosphere(2), size=SIZE)
+    options = {"refine": "pn_triangles", "segments": 16, "device": device}
+    image = render(mesh, camera=view, colour="flat", **options)
+    assert np.array_equal(image, render(*refined, camera=view, colour="flat", device=device))
+    far = render(mesh, None, (0, 0), SIZE, refine="adaptive_patterns", by="screen", device=device)
+    assert covered(far).any()
 
 
-def test_turntable_never_pulses(device):
-    ball = icosphere(3)
-    images = turntable(ball, frames=6, size=(40, 40), device=device)
-    sizes = [(image != image[:, :1]).any(-1).sum() for image in images]
-    assert max(sizes) - min(sizes) <= 0.03 * max(sizes)
-    with pytest.raises(ValueError, match="frames: expected 1 to 1000, got 0"):
-        turntable(ball, frames=0, device=device)
+@pytest.mark.parametrize(
+    ("options", "error", "text"),
+    [
+        ({"segments": 4}, TypeError, "segments: expected with refine, the system whose option"),
+        ({"refine": "pattern", "depth": 4}, TypeError, "option: expected one"),
+        ({"refine": "quadric_clustering"}, ValueError, "method: expected one of"),
+        ({"refine": "pattern", "colour": np.zeros(12)}, ValueError, "colour: expected no values"),
+        ({"refine": "adaptive_patterns", "indices": False}, Unsupported, "needs a surface on"),
+    ],
+)
+def test_render_refuses_what_it_cannot_refine(device, options, error, text):
+    with pytest.raises(error, match=text):
+        render(icosphere(0), size=SIZE, device=device, **options)

@@ -13,6 +13,7 @@ from lodbench.harness.plan.table import tables
 from lodbench.kernels.geometry_image.parameterisation import MODES
 from lodbench.kernels.refine.params import RefineParams
 from lodbench.kernels.render import COLOURS
+from lodbench.kernels.stages.paths import CameraPath
 
 
 @pytest.fixture
@@ -78,6 +79,7 @@ def test_names_are_those_of_the_registry_and_the_tables():
     assert set(complete.tables()) == set(tables())
     assert set(complete.colours()) == set(COLOURS)
     assert set(complete.modes()) == set(MODES)
+    assert complete.paths() == get_args(get_type_hints(CameraPath)["kind"])
     kinds = get_type_hints(RefineParams)["displacement"]
     assert complete.DISPLACEMENTS == get_args(kinds)
     assert complete.displacements() == ("sine:", "perlin:", "turbulence:")

@@ -85,3 +85,27 @@ def test_gif_shows_a_full_turn(mesh, tmp_path, capsys):
 def test_render_refuses_another_kind_of_file(mesh, tmp_path, capsys):
     assert main(["render", str(mesh), str(tmp_path / "out.jpg")]) == 2
     assert "ends in .png" in capsys.readouterr().err
+
+
+def test_turntable_into_a_folder_is_a_file_for_each_picture(mesh, tmp_path, capsys):
+    from PIL import Image
+
+    out = tmp_path / "pictures" / "turn"
+    words = ["--turntable", "3", "--size", "48x32", "--path", "fly_through"]
+    assert main(["render", str(mesh), str(out), *words]) == 0
+    assert sorted(path.name for path in out.iterdir()) == ["0000.png", "0001.png", "0002.png"]
+    assert Image.open(out / "0001.png").size == (48, 32)
+    assert main(["render", str(mesh), str(mesh / "turn"), *words]) == 2
+    assert "OUT: expected a folder or a place for one" in capsys.readouterr().err
+
+
+def test_render_refines_anew_for_each_picture(mesh, tmp_path, capsys):
+    from PIL import Image
+
+    out = tmp_path / "lod.gif"
+    words = ["--path", "orbit", "--refine", "adaptive_patterns", "-s", "by=screen"]
+    assert main(["render", str(mesh), str(out), "--turntable", "4", "--size", "48x32", *words]) == 0
+    with Image.open(out) as picture:
+        assert picture.n_frames == 4
+    assert main(["render", str(mesh), str(out), "-s", "by=screen"]) == 2
+    assert "by: expected with refine" in capsys.readouterr().err

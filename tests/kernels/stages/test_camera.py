@@ -10,7 +10,6 @@ from lodbench.kernels.stages.camera import (
     look_at,
     orbit,
     to_screen,
-    turntable,
 )
 from lodbench.kernels.stages.raster_reference import transform
 
@@ -52,14 +51,6 @@ def test_orbit_places_the_eye():
     np.testing.assert_allclose(orbit((1, 0, 0), 2, 0, 0).eye, (1, 0, 2))
     np.testing.assert_allclose(orbit((0, 0, 0), 2, 90, 0).eye, (2, 0, 0), atol=1e-12)
     np.testing.assert_allclose(orbit((0, 0, 0), 2, 0, 90).eye, (0, 2, 0), atol=1e-12)
-
-
-def test_turntable_goes_once_around_in_equal_steps():
-    views = list(turntable(8, (0, 0, 0), 3, elevation=10))
-    eyes = np.array([view.eye for view in views])
-    np.testing.assert_allclose(np.linalg.norm(eyes, axis=1), 3)
-    steps = np.linalg.norm(eyes - np.roll(eyes, 1, axis=0), axis=1)
-    np.testing.assert_allclose(steps, steps[0])
 
 
 points = st.lists(st.tuples(*[st.floats(-1e3, 1e3, width=32)] * 3), min_size=1, max_size=12)
