@@ -1,6 +1,6 @@
-"""Pictures of refined surfaces: a wave under coarser and finer patterns, a curved sphere, creases of rising sharpness.
+"""Pictures of refined surfaces: a wave under coarser and finer patterns, a curved sphere, creases, maps of depth tags.
 
-Source: Boubekeur & Schlick 2005, figures 4 to 6, for what is shown; the meshes are ours.
+Source: Boubekeur & Schlick 2005, figures 4 to 6, and 2007 for the maps, for what is shown; the meshes are ours.
 """
 
 from __future__ import annotations
@@ -19,9 +19,14 @@ from lodbench.harness.record.record import GroupRecord, RunRecord, SubjectRecord
 from lodbench.harness.report.amounts import rounded
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.render import mesh_view, render
+from lodbench.kernels.system import Frame, run
 
 SPHERE = "icosphere_0"
 FLAT, CURVED, TAGGED = "pattern", "pn_triangles", "st_triangles"
+ADAPTIVE = "adaptive_patterns"
+TAGS: Mapping[str, Mapping[str, float]] = {
+    "curvature": {"tolerance": 1e-3}, "distance": {"near": 0.4}, "screen": {"pixels": 12.0},
+}  # fmt: skip
 SEGMENTS = 16
 SHARPNESS = (0.0, 0.5, 1.0)
 MOST_TRIANGLES = 5_000_000  # refined
@@ -32,7 +37,7 @@ Picture = tuple[dict[str, Any], NDArray[np.uint8]]
 def refinement_pictures(
     record: RunRecord, size: tuple[int, int], device: Device
 ) -> Iterator[Picture]:
-    """What the run's refinements are shown by, each of the three where it has measured such.
+    """What the run's refinements are shown by, each of the four where it has measured such.
 
     Args:
         record: the run.
@@ -46,6 +51,7 @@ def refinement_pictures(
     if any(True for _ in _measured(record, CURVED)):
         yield from _sphere(size, device)
     yield from _creases(record, size, device)
+    yield from _depths(record, size, device)
 
 
 def _measured(record: RunRecord, system: str) -> Iterator[GroupRecord]:
@@ -86,7 +92,8 @@ def _shown(group: GroupRecord, triangles: int) -> list[SubjectRecord]:
 
 def _waves(record: RunRecord, size: tuple[int, int], device: Device) -> Iterator[Picture]:
     """The last group whose results were compared with a reference, from one camera."""
-    groups = [group for group in record.groups if group.config.get("reference")]
+    compared = [group for group in record.groups if group.config.get("reference")]
+    groups = [group for group in compared if not group.config.get("nearest")]
     mesh = _coarse(groups[-1].dataset) if groups else None
     shown = _shown(groups[-1], mesh.triangle_count) if mesh is not None else []
     if mesh is None or not shown:
@@ -148,3 +155,32 @@ def _creases(record: RunRecord, size: tuple[int, int], device: Device) -> Iterat
                 render(surface, camera=view, device=device),
             )
         return
+
+
+def _depths(record: RunRecord, size: tuple[int, int], device: Device) -> Iterator[Picture]:
+    """The first mesh under adaptive patterns, coloured by depth tags of each kind, with the triangles they ask for."""
+    group = next(_measured(record, ADAPTIVE), None)
+    mesh = _coarse(group.dataset) if group else None
+    if group is None or mesh is None:
+        return
+    view = mesh_view(mesh, size=size)
+    system = registry.system(ADAPTIVE)
+    for number, by in enumerate(TAGS):
+        params = registry.parameters(system, None, {"by": by, "segments": SEGMENTS, **TAGS[by]})
+        prepared: Any = system.prepare(device, mesh, params)
+        run(device, prepared, Frame(view))
+        tags = prepared.tags()
+        tagged = replace(mesh, uvs=np.stack([tags, tags], axis=1))  # interpolated along
+        surface = system.verbs["refine"](
+            device, tagged, weld=False, segments=SEGMENTS, by=by, view=view, **TAGS[by]
+        ).mesh
+        caption = (
+            f"{group.dataset}, depth tags by {by}, up to {_segments(SEGMENTS)}: "
+            f"{surface.triangle_count:,} triangles; the brighter the deeper"
+        )
+        options = {"wireframe": True, "colour_range": (0.0, float(np.log2(SEGMENTS)))}
+        yield (
+            {"file": f"depths_{number}_{by}_{group.dataset}.png", "caption": caption,
+             "series": "depths"},
+            render(surface, camera=view, colour=surface.uvs[:, 0], device=device, **options),
+        )  # fmt: skip

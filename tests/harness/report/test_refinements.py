@@ -80,6 +80,20 @@ def test_creases_have_a_share_of_the_meshs_own_sharpness(drawn):
     assert not np.array_equal(smooth, sharp)
 
 
+def test_depth_tags_are_shown_of_each_kind(drawn):
+    found = drawn(group("icosphere_1", SubjectRecord("s", "adaptive_patterns", "ok")))
+    assert [file.split("_")[2] for file in found] == ["curvature", "distance", "screen"]
+    pictures = [pixels for _, pixels in found.values()]
+    assert not np.array_equal(pictures[0], pictures[2])
+    assert all("80 triangles" not in caption for caption, _ in found.values()), "they refine"
+
+
+def test_distances_from_a_reference_are_no_waves(drawn):
+    made = group("icosphere_0", *map(compared, (2, 4, 8)), reference="s8")
+    made.config["nearest"] = True
+    assert drawn(made) == {}
+
+
 def test_run_without_refinement_has_no_such_pictures(drawn):
     assert drawn(group("icosphere_0", SubjectRecord("s", "quadric_clustering", "ok"))) == {}
     assert drawn(group("quilt_4", compared(2), reference="s4")) == {}, "no mesh"
