@@ -35,7 +35,7 @@ by half of 1/256 pixel changes in the weights."""
 
 GL_VERTEX = 1e-6
 """A vertex stage's point (over the largest coordinate) or unit normal against a shader's: both sum three float32
-products, in another order and with or without fusing, and divide by a root."""
+products, a cubic's ten, in another order and with or without fusing, and divide by a root."""
 
 GL_REPRESENTATIVE = 1e-2
 """The median representative of a cell against the published passes', in cells: along a flat surface the minimum is

@@ -1,4 +1,4 @@
-"""What the three subjects that draw a refined surface share: the frame, the image, what comes back for checks."""
+"""What the subjects that draw a refined surface share: the frame, the image, what comes back for checks."""
 
 from __future__ import annotations
 
@@ -12,27 +12,21 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.harness.baselines.gl.driver import Canvas, assign, context, view_uniforms
-from lodbench.kernels.opencl import Timeline
+from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.refine.attributes import canonical
 from lodbench.kernels.refine.displacement import Wave
-from lodbench.kernels.refine.lattice import (
-    lattice_triangles,
-    lattice_vertex_count,
-    lattice_weights,
-    refined_mesh,
-)
+from lodbench.kernels.refine.lattice import lattice_vertex_count, lattice_weights, refined_mesh
 from lodbench.kernels.refine.pattern.reference import flat
-from lodbench.kernels.refine.reference import largest_error
+from lodbench.kernels.refine.reference import Reference, largest_error
 from lodbench.kernels.refine.surface import TOLERANCE
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.raster import Side
 from lodbench.kernels.stages.shading import Shading
-from lodbench.kernels.system import Check, Footprint, Frame, Traffic, View
+from lodbench.kernels.system import Check, Footprint, Frame, System, Traffic, View
 
 STAGE = "draw"
 CHECKED = 64  # coarse triangles that a check looks at
-CORNERS = ("p0", "p1", "p2", "n0", "n1", "n2")
 
 
 @dataclass(frozen=True)
@@ -56,9 +50,16 @@ class Refined(ABC):
     """A refined surface in an OpenGL driver, ready to be drawn; subclasses say by which shaders.
 
     A frame ends when the driver has finished it, so its wall time is the driver's. There is no output on the device.
+
+    Attributes:
+        reference: the surface in float64.
+
+    Raises:
+        Unsupported: no OpenGL driver.
     """
 
-    output: None = None
+    output: tuple[()] = ()
+    reference: Reference = staticmethod(flat)
 
     def __init__(self, mesh: TriangleMesh, params: Params, shading: Shading | None = None) -> None:
         self.setup = Timeline()
@@ -173,11 +174,7 @@ class Refined(ABC):
         if len(chosen):
             points, normals = self.points_and_normals()
             worst = largest_error(
-                points[chosen],
-                normals[chosen],
-                *self.corners(chosen),
-                Wave(),
-                flat,
+                points[chosen], normals[chosen], *self.corners(chosen), Wave(), self.reference,
                 lattice_weights(self.params.segments),
             )
         what = (
@@ -227,14 +224,12 @@ class Refined(ABC):
         return {}
 
 
-def pattern_arrays(segments: int) -> tuple[Floats, NDArray[np.uint32]]:
-    """Weights (u, v) of the pattern's vertices, and its triangles."""
-    return lattice_weights(segments)[:, 1:].astype(np.float32), lattice_triangles(segments)
+def gl_system(
+    name: str, source: str, subject: type[Refined], cases: Mapping[str, Params]
+) -> System[Params]:
+    """A baseline that draws a mesh by what `subject` is; see `System` for the arguments."""
 
+    def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Refined:
+        return subject(mesh, params)
 
-def corner_arrays(mesh: TriangleMesh) -> dict[str, Floats]:
-    """P0 P1 P2 N0 N1 N2 of each triangle, (m, 3) float32 each, by the name that the shader gives them."""
-    normals = np.asarray(mesh.normals, np.float32)
-    planes = [mesh.positions[mesh.triangles[:, k]] for k in range(3)]
-    planes += [normals[mesh.triangles[:, k]] for k in range(3)]
-    return dict(zip(CORNERS, planes, strict=True))
+    return System(name, "baselines", source, (TriangleMesh,), prepare, cases, runs_on="gl")

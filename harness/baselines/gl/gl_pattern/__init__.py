@@ -5,58 +5,32 @@ Source: Boubekeur & Schlick 2005, section 3.2, on real shaders; instances stand 
 
 from __future__ import annotations
 
-from typing import Any
+import numpy as np
+from numpy.typing import NDArray
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.baselines.gl.driver import build
-from lodbench.harness.baselines.gl.refined import Params, Refined, corner_arrays, pattern_arrays
-from lodbench.kernels.opencl import Device
-from lodbench.kernels.system import System
+from lodbench.harness.baselines.gl.instanced import Instanced
+from lodbench.harness.baselines.gl.refined import Params, gl_system
 
-__all__ = ["Pattern", "Params", "SYSTEM"]
+__all__ = ["Params", "Pattern", "SYSTEM"]
 
 
-class Pattern(Refined):
-    """The pattern's weights per vertex, the coarse triangle's corners per instance."""
+class Pattern(Instanced):
+    """The corners and their normals per instance."""
 
-    def programs(self) -> tuple[Any, Any]:
-        kept = ("surface_position", "shaded_normal")
-        return build("pattern.vert", "surface.frag"), build("pattern.vert", varyings=kept)
+    shader = "pattern.vert"
 
-    def upload(self) -> None:
-        weights, triangles = pattern_arrays(self.params.segments)
-        self._vertices = len(weights)
-        arrays: list[tuple[Any, ...]] = [(self.buffer(weights), "2f", "weights")]
-        arrays += [
-            (self.buffer(values), "3f/i", name) for name, values in corner_arrays(self.mesh).items()
-        ]
-        self._array = self.gl.vertex_array(self.draw_program, arrays, self.buffer(triangles))
-        self._points = self.gl.vertex_array(self.feedback_program, arrays)
-
-    def draw(self, coarse: int) -> None:
-        self._array.render(instances=coarse)
-
-    def keep(self, buffer: Any) -> None:
-        self._points.transform(
-            buffer, mode=self.gl.POINTS, vertices=self._vertices, instances=self.coarse
-        )
+    def instances(self) -> dict[tuple[str, ...], NDArray[np.float32]]:
+        """P0 P1 P2 and N0 N1 N2 of each triangle, (m, 3, 3) each."""
+        mesh, normals = self.mesh, np.asarray(self.mesh.normals, np.float32)
+        return {
+            ("p0", "p1", "p2"): mesh.positions[mesh.triangles],
+            ("n0", "n1", "n2"): normals[mesh.triangles],
+        }
 
 
-def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Pattern:
-    """The pattern and the corners in buffers of the driver.
-
-    Raises:
-        Unsupported: no OpenGL driver.
-    """
-    return Pattern(mesh, params)
-
-
-SYSTEM = System(
-    name="gl_pattern",
-    family="baselines",
-    source="Boubekeur & Schlick 2005, section 3.2, on an OpenGL driver",
-    takes=(TriangleMesh,),
-    prepare=prepare,
-    cases={"image_16": Params(16), "points_16": Params(16, "points")},
-    runs_on="gl",
+SYSTEM = gl_system(
+    "gl_pattern",
+    "Boubekeur & Schlick 2005, section 3.2, on an OpenGL driver",
+    Pattern,
+    {"image_16": Params(16), "points_16": Params(16, "points")},
 )

@@ -48,7 +48,7 @@ class Params(GridTarget):
 class QuadricClustering:
     """Mesh, map and stream-out buffer in the driver, ready for any number of frames."""
 
-    output: None = None
+    output: tuple[()] = ()
 
     def __init__(
         self,

@@ -9,12 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.gl.driver import build
-from lodbench.harness.baselines.gl.refined import Params, Refined
-from lodbench.kernels.opencl import Device
+from lodbench.harness.baselines.gl.refined import Params, Refined, gl_system
 from lodbench.kernels.refine.lattice import lattice_weights, refined_mesh
-from lodbench.kernels.system import System
 
 __all__ = ["Params", "SYSTEM", "StaticVbo"]
 
@@ -66,21 +63,9 @@ class StaticVbo(Refined):
         return {**super().counters(), "vertices": stored}
 
 
-def prepare(device: Device, mesh: TriangleMesh, params: Params) -> StaticVbo:
-    """The refined surface in buffers of the driver.
-
-    Raises:
-        Unsupported: no OpenGL driver.
-    """
-    return StaticVbo(mesh, params)
-
-
-SYSTEM = System(
-    name="gl_static_vbo",
-    family="baselines",
-    source="Boubekeur & Schlick 2005, figure 7 (Static VBO), on an OpenGL driver",
-    takes=(TriangleMesh,),
-    prepare=prepare,
-    cases={"image_1": Params(1), "image_16": Params(16), "points_16": Params(16, "points")},
-    runs_on="gl",
+SYSTEM = gl_system(
+    "gl_static_vbo",
+    "Boubekeur & Schlick 2005, figure 7 (Static VBO), on an OpenGL driver",
+    StaticVbo,
+    {"image_1": Params(1), "image_16": Params(16), "points_16": Params(16, "points")},
 )

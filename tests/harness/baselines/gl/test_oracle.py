@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
+from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import displaced_icosphere, icosphere, terrain, torus
 from lodbench.harness.plan.registry import systems
 from lodbench.kernels.image import psnr
@@ -42,15 +44,81 @@ def prepare(name, device, mesh, **params):
 @pytest.mark.parametrize("segments", [1, 2, 7, 16])
 @pytest.mark.parametrize("name", ["gl_pattern", "gl_static_vbo"])
 def test_pattern_gives_the_points_and_normals_of_the_vertex_shader(device, name, segments):
-    mesh = displaced_icosphere(4)
-    shader = prepare(name, device, mesh, segments=segments, output="points").result()[0]
-    kernel = prepare("pattern", device, mesh, segments=segments)
+    assert_same_vertices(device, "pattern", name, displaced_icosphere(4), segments)
+
+
+def assert_same_vertices(device, ours, theirs, mesh, segments):
+    shader = prepare(theirs, device, mesh, segments=segments, output="points").result()[0]
+    kernel = refined(device, ours, mesh, segments).result()[0]
+    np.testing.assert_array_equal(kernel.triangles, shader.triangles)
+    scale = np.abs(kernel.positions).max()
+    assert np.abs(kernel.positions - shader.positions).max() <= GL_VERTEX * scale
+    assert np.abs(kernel.normals - shader.normals).max() <= GL_VERTEX
+
+
+def refined(device, name, mesh, segments):
+    kernel = prepare(name, device, mesh, segments=segments)
     run(device, kernel)
-    ours = kernel.result()[0]
-    np.testing.assert_array_equal(ours.triangles, shader.triangles)
+    return kernel
+
+
+CURVED = {
+    "bumps": lambda: displaced_icosphere(4),
+    "torus": lambda: torus(12, 6),
+    "terrain": lambda: terrain(6),
+    "random normals": lambda: with_random_normals(icosphere(1)),
+}
+
+
+def with_random_normals(mesh):
+    normals = np.random.default_rng(5).normal(size=(mesh.vertex_count, 3))
+    return TriangleMesh(mesh.positions, mesh.triangles, normals)
+
+
+@pytest.mark.parametrize("segments", [1, 2, 7, 16])
+@pytest.mark.parametrize("name", list(CURVED)[:3])
+def test_pn_triangles_give_the_points_and_normals_of_the_vertex_shader(device, name, segments):
+    assert_same_vertices(device, "pn_triangles", "gl_pn_pattern", CURVED[name](), segments)
+
+
+@pytest.mark.parametrize("name", CURVED)
+@pytest.mark.parametrize("subject", ["gl_pn_pattern", "gl_pn_tessellation"])
+def test_shaders_of_pn_triangles_agree_with_the_reference(device, subject, name):
+    prepared = prepare(subject, device, CURVED[name](), segments=6, output="points")
+    check = prepared.check()
+    assert check.passed, f"{check.what}: {check.value} > {check.tolerance}"
+
+
+@pytest.mark.parametrize("segments", [1, 2, 8])
+@pytest.mark.parametrize("name", list(CURVED)[:3])
+def test_pn_triangles_meet_the_tessellation_stages_along_the_edges(device, name, segments):
+    """Both cut an edge alike: what the tessellator gives there is among the pattern's vertices.
+
+    Powers of two alone, since llvmpipe's tessellator counts in parts of 1/65536.
+    """
+    mesh = CURVED[name]()
+    shader = prepare("gl_pn_tessellation", device, mesh, segments=segments, output="points")
+    kept = shader.kept()
+    kept = kept[kept["weights"].min(axis=1) == 0]
+    ours = refined(device, "pn_triangles", mesh, segments).result()[0]
     scale = np.abs(ours.positions).max()
-    assert np.abs(ours.positions - shader.positions).max() <= GL_VERTEX * scale
-    assert np.abs(ours.normals - shader.normals).max() <= GL_VERTEX
+    both = np.hstack([ours.positions / scale, ours.normals])
+    theirs = np.hstack([kept["point"] / scale, kept["normal"]])
+    off, _ = cKDTree(both).query(theirs, p=np.inf)
+    assert len(kept) >= 3 * segments * mesh.triangle_count
+    assert off.max() <= GL_VERTEX
+
+
+def test_check_of_patches_finds_a_wrong_surface_and_one_that_is_not_there(device, monkeypatch):
+    prepared = prepare("gl_pn_tessellation", device, icosphere(1), segments=4, output="points")
+    assert prepared.check().passed
+    kept = prepared.kept()
+    monkeypatch.setattr(prepared, "kept", lambda: kept[: len(kept) // 2])
+    assert not prepared.check().passed
+    wrong = kept.copy()
+    wrong["point"][7] += 1e-3
+    monkeypatch.setattr(prepared, "kept", lambda: wrong)
+    assert not prepared.check().passed
 
 
 @pytest.mark.parametrize("segments", [1, 2, 5, 8])
@@ -60,8 +128,7 @@ def test_pattern_covers_the_triangles_of_the_tessellation_stages(device, segment
     assert prepared.check().passed
     shader = prepared.result()[0]
     assert shader.triangle_count == prepared.counters()["triangles"]
-    kernel = prepare("pattern", device, mesh, segments=segments)
-    run(device, kernel)
+    kernel = refined(device, "pattern", mesh, segments)
     areas = [
         np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
         for a, b, c in (
@@ -71,14 +138,11 @@ def test_pattern_covers_the_triangles_of_the_tessellation_stages(device, segment
     np.testing.assert_allclose(*areas, rtol=1e-5)
 
 
-def pixels(device, mesh, view, shading):
+def pixels(device, surfaces, shader, view):
     """Ours and the driver's: image, what is covered, depth."""
-    size = (view.width, view.height)
-    surface = upload_surface(device, mesh)
-    raster = Raster(device, [surface], *size, shading)
-    raster([surface], Frame(view), Timeline())
+    raster = Raster(device, surfaces, view.width, view.height, Shading())
+    raster(surfaces, Frame(view), Timeline())
     depth, ids = raster.keys()
-    shader = prepare("gl_static_vbo", device, mesh, width=size[0], height=size[1])
     shader.enqueue(Frame(view), Timeline())
     depths = shader.canvas.depths()
     return (raster.image(), ids != EMPTY_ID, depth), (shader.image(), depths < 1, depths)
@@ -106,7 +170,12 @@ MESHES = {
 
 
 def assert_same_picture(device, mesh, view):
-    ours, theirs = pixels(device, mesh, view, Shading())
+    shader = prepare("gl_static_vbo", device, mesh, width=view.width, height=view.height)
+    assert_drawn_alike(device, [upload_surface(device, mesh)], shader, view)
+
+
+def assert_drawn_alike(device, surfaces, shader, view):
+    ours, theirs = pixels(device, surfaces, shader, view)
     assert ours[1].any()
     assert (ours[1] != theirs[1]).mean() < GL_COVERAGE
     where = away_from_outlines(*ours[1:]) & away_from_outlines(*theirs[1:])
@@ -121,6 +190,16 @@ def assert_same_picture(device, mesh, view):
 @pytest.mark.parametrize("name", MESHES)
 def test_image_is_the_drivers(device, name):
     assert_same_picture(device, MESHES[name], mesh_view(MESHES[name], size=SIZE))
+
+
+@pytest.mark.parametrize("name", CURVED)
+def test_image_of_pn_triangles_is_the_drivers(device, name):
+    mesh, segments = CURVED[name](), 8
+    view = mesh_view(mesh, size=SIZE)
+    size = {"width": SIZE[0], "height": SIZE[1]}
+    shader = prepare("gl_pn_pattern", device, mesh, segments=segments, **size)
+    surfaces = refined(device, "pn_triangles", mesh, segments).output
+    assert_drawn_alike(device, surfaces, shader, view)
 
 
 def test_image_from_within_and_across_the_near_plane_is_the_drivers(device):

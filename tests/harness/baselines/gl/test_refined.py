@@ -4,14 +4,16 @@ import pytest
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness.baselines.gl.driver import driver_name
-from lodbench.harness.baselines.gl.gl_tessellation import ring_triangles
+from lodbench.harness.baselines.gl.patches import ring_triangles
 from lodbench.harness.baselines.gl.refined import Params
 from lodbench.harness.plan.registry import systems
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.system import Frame, Timeline, Unsupported, run
 
 pytestmark = pytest.mark.gl
-NAMES = ("gl_static_vbo", "gl_pattern", "gl_tessellation")
+FLAT = ("gl_static_vbo", "gl_pattern", "gl_tessellation")
+CURVED = ("gl_pn_pattern", "gl_pn_tessellation")
+NAMES = FLAT + CURVED
 
 
 @pytest.fixture(autouse=True)
@@ -30,15 +32,19 @@ def test_driver_has_a_name():
     assert driver_name()
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_frame_draws_the_same_picture_whatever_the_stages(device, name):
+@pytest.mark.parametrize(
+    ("name", "like"),
+    [*((name, "gl_static_vbo") for name in FLAT), ("gl_pn_tessellation", "gl_pn_pattern")],
+)
+def test_frame_draws_the_same_picture_whatever_the_stages(device, name, like):
     mesh, params = icosphere(2), Params(4, width=160, height=128)
-    picture = prepare(name, device, mesh, params)
-    run(device, picture)
-    stored = prepare("gl_static_vbo", device, mesh, params)
-    run(device, stored)
-    assert picture.image().shape == (128, 160, 3)
-    assert (np.abs(picture.image().astype(int) - stored.image()).max(-1) > 3).mean() < 0.01
+    pictures = []
+    for subject in (name, like):
+        prepared = prepare(subject, device, mesh, params)
+        run(device, prepared)
+        pictures.append(prepared.image())
+    assert pictures[0].shape == (128, 160, 3)
+    assert (np.abs(pictures[0].astype(int) - pictures[1]).max(-1) > 3).mean() < 0.01
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -72,9 +78,10 @@ def test_rings_of_the_tessellator_are_counted(segments, triangles):
     assert ring_triangles(segments) == triangles
 
 
-def test_tessellation_past_the_drivers_limit_is_unsupported(device):
+@pytest.mark.parametrize("name", ["gl_tessellation", "gl_pn_tessellation"])
+def test_tessellation_past_the_drivers_limit_is_unsupported(device, name):
     with pytest.raises(Unsupported, match="segments"):
-        systems()["gl_tessellation"].prepare(device, icosphere(0), Params(100_000))
+        systems()[name].prepare(device, icosphere(0), Params(100_000))
 
 
 def test_params_are_checked():
