@@ -40,6 +40,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "kernels/common/sine.cl": "kernels/refine/test_pattern.py",
     "kernels/common/lattice_walk.cl": "kernels/refine/test_pattern.py",
     "harness/baselines/host.py": "test_every_system.py",
+    "harness/baselines/igl_mesh.py": "harness/baselines/test_subdivision.py",
     "harness/baselines/simplifier.py": "harness/baselines/test_peers.py",
     "harness/baselines/vtk_mesh.py": "harness/baselines/test_peers.py",
     "harness/doctor/opencl.py": "harness/doctor/test_examine.py",

@@ -11,6 +11,7 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.harness.baselines.simplifier import found_grid, meshes, peer, unchanged
+from lodbench.harness.baselines.subdivision import Peer
 from lodbench.kernels.cluster.grid import Cells
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.opencl import Device, Timeline
@@ -85,6 +86,24 @@ def prepare(
         input_bytes=data.GetActualMemorySize() * 1024,
         count=lambda _: counters,
     )
+
+
+def subdivision(filter_name: str, linear: bool) -> Peer:
+    """A peer that runs this filter of vtkFiltersModeling; its input is set beforehand, its cells 64-bit."""
+
+    def start(mesh: TriangleMesh, times: int) -> Callable[[], Any]:
+        subdivide = getattr(peer("vtkmodules.vtkFiltersModeling", INSTALL), filter_name)()
+        subdivide.SetInputData(poly_data(mesh, 64))
+        subdivide.SetNumberOfSubdivisions(times)
+
+        def call() -> Any:
+            subdivide.Modified()
+            subdivide.Update()
+            return subdivide.GetOutput()
+
+        return call
+
+    return Peer(start, read, linear)
 
 
 def poly_data(mesh: TriangleMesh, index_bits: int) -> Any:
