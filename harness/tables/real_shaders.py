@@ -25,24 +25,25 @@ ONLY_QUICK = {"static": STATIC[:3], "segments": SEGMENTS[:1]}
 CELLS = 64
 SECONDS = {16: 8.0, 32: 50.0, 64: 500.0}  # of a group with a software driver's tessellation, about
 WHOLE = Draw(TABLE_SIZE)
+SIZE = {"width": TABLE_SIZE[0], "height": TABLE_SIZE[1]}
+RINGS = (
+    "The driver's tessellator cuts a triangle into rings, 1.5 segments^2 triangles; a pattern has segments^2: "
+    "ratios to it are between equal segments, not between equal counts."
+)
 DRAWN = ("draw", "fill the image", "refine and draw")  # work that ends with an image
-
-
-def _size() -> dict[str, int]:
-    return {"width": TABLE_SIZE[0], "height": TABLE_SIZE[1]}
 
 
 def _static(dataset: str, work: str, zoom: float | None = None) -> Group:
     subjects = (
-        Subject("drawn_mesh", _size()),
-        Subject("gl_static_vbo", {"segments": 1, **_size()}),
+        Subject("drawn_mesh", SIZE),
+        Subject("gl_static_vbo", {"segments": 1, **SIZE}),
     )
     return Group(dataset, subjects, {"work": work}, weight=3.0, zoom=zoom)
 
 
 def _refined(segments: int, drawn: bool) -> Group:
     params: dict[str, Any] = {"segments": segments}
-    theirs = {**params, "output": "image" if drawn else "points", **_size()}
+    theirs = {**params, "output": "image" if drawn else "points", **SIZE}
     names = ["gl_static_vbo", "gl_pattern", "gl_tessellation"] if drawn else list(BASELINES[1:3])
     subjects = (
         Subject("pattern", params, draw=WHOLE if drawn else None),
@@ -120,8 +121,7 @@ TABLE = Table(
         "triangles over every pixel. refine and draw: 1000 coarse triangles, refined anew in every frame.",
         "refine: points and normals alone, which the driver keeps by transform feedback. simplify: quadric clustering "
         "without drawing, the driver in the three passes that were published.",
-        "The driver's tessellator cuts a triangle into rings, 1.5 segments^2 triangles; a pattern has segments^2: "
-        "ratios to it are between equal segments, not between equal counts.",
+        RINGS,
         "On a CPU the driver is llvmpipe, whose tessellation is its weakness: the fair rival there is gl_pattern, the "
         "same pattern in an instanced vertex shader.",
     ),

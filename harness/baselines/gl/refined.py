@@ -174,7 +174,11 @@ class Refined(ABC):
         if len(chosen):
             points, normals = self.points_and_normals()
             worst = largest_error(
-                points[chosen], normals[chosen], *self.corners(chosen), Wave(), self.reference,
+                points[chosen],
+                normals[chosen],
+                *self.corners(chosen),
+                Wave(),
+                self.reference,
                 lattice_weights(self.params.segments),
             )
         what = (

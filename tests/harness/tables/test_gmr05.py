@@ -106,3 +106,62 @@ def test_st_mesh_is_the_closed_one_of_as_many_triangles_as_the_papers():
         mesh = found.found().surface
         assert (mesh.triangle_count, mesh.vertex_count) == (162, 83)
         assert mesh.tags is not None
+
+
+def test_pn_rows_tell_vertices_from_frames_and_instances_from_welded():
+    counters = {"vertices": 1000, "triangles": 2000}
+    made = [
+        subject("pn_triangles", [0.001] * 10, counters=counters),
+        subject("numpy_pn_triangles", [0.004] * 10, counters=counters),
+        subject("igl_loop", [0.1] * 10, counters={"vertices": 500, "triangles": 2000}),
+    ]
+    rows, _ = rows_of("gmr05_pn", group(*made, table="gmr05_pn", work="refine", segments=16))
+    ours, loop = rows["pn_triangles"], rows["igl_loop"]
+    assert ours["vertices_per_s"] == pytest.approx(1e6)
+    assert ours["ratio_to_numpy_pn_triangles"] == pytest.approx(4)
+    assert ours["ratio_to_igl_loop"] == pytest.approx(100)
+    assert ours["frame_fps"] is None
+    assert (ours["welded"], loop["welded"]) == ("no", "yes")
+
+
+def test_pn_frames_are_compared_with_a_tessellator_of_more_triangles():
+    shader = subject(
+        "gl_pn_tessellation", [2.0] * 3, counters={"triangles": 3000}, driver="a driver"
+    )
+    ours = subject("pn_triangles", [0.01] * 10, counters={"vertices": 1000, "triangles": 2000})
+    rows, _ = rows_of(
+        "gmr05_pn", group(ours, shader, table="gmr05_pn", work="refine and draw", segments=16)
+    )
+    assert rows["gl_pn_tessellation"]["driver"] == "a driver"
+    assert rows["pn_triangles"]["frame_fps"] == pytest.approx(100)
+    assert rows["pn_triangles"]["vertices_per_s"] is None
+    assert rows["pn_triangles"]["ratio_to_gl_pn_tessellation"] == pytest.approx(200)
+
+
+def test_pn_groups_keep_tessellation_and_packages_to_few_segments():
+    made = table("gmr05_pn")
+    for quick in (True, False):
+        groups = made.groups(quick)
+        named = {
+            found.facts["segments"]: {
+                one.system
+                for other in groups
+                if other.facts["segments"] == found.facts["segments"]
+                for one in other.subjects
+            }
+            for found in groups
+        }
+        assert {"gl_pn_tessellation", "igl_loop", "trimesh_subdivide"} <= named[16]
+        assert ("vtk_loop_subdivision" in named[16]) != quick
+        assert quick == (64 not in named)
+        if not quick:
+            assert "gl_pn_pattern" in named[64]
+            assert not {"gl_pn_tessellation", "igl_loop"} & named[64]
+
+
+def test_pn_groups_leave_out_a_scan_that_is_not_there(monkeypatch, tmp_path):
+    monkeypatch.setenv("LODBENCH_DATA", str(tmp_path))
+    made = table("gmr05_pn").groups(False)
+    assert {found.dataset for found in made} == {"sphere_1000"}
+    for found in made:
+        found.validate()
