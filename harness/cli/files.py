@@ -149,6 +149,10 @@ class Target:
         """A line about what was written."""
         say(text, err=self.piped)
 
+    def hint(self, text: str) -> None:
+        """A line on standard error about what was written."""
+        say(f"note: {self.path}: {text}", err=True)
+
     def say_json(self, facts: Mapping[str, Any]) -> None:
         """A JSON document about what was written."""
         from lodbench.harness.record.record import plain

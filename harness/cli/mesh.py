@@ -63,6 +63,10 @@ def _finish(
         target.say_json(facts)
     elif not quiet:
         missed = off_target(result.counters)
+        if cracked := result.counters.get("cracked_edges"):
+            target.hint(
+                f"normals are split along {cracked:,} edges of the input: cracks open there"
+            )
         target.say(
             f"{target.path}: {facts['triangles_in']:,} -> {facts['triangles_out']:,} triangles"
             f"{f' ({missed})' if missed else ''}, "

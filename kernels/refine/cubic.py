@@ -21,6 +21,7 @@ class CubicSurface(Surface):
     files = ("refine/cubic_surface.cl",)
     flops = 82
     largest = 1e37  # its control points are finite
+    curved = True
 
     def coefficients(
         self,

@@ -238,6 +238,7 @@ class Refined(DeviceSubject):
         segments = self._drawn.segments
         return {
             "coarse_triangles": self._mesh.triangle_count,
+            "cracked_edges": self._coarse.cracked_edges,
             "segments": segments,
             "vertices_square_grid": (segments + 1) ** 2,
             "launches": len(self._drawn.steps),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.kernels.opencl import Buffer
 from lodbench.kernels.refine.attributes import canonical, corner_attributes
+from lodbench.kernels.refine.cracks import split_edges
 from lodbench.kernels.refine.displacement import Displacement
 from lodbench.kernels.refine.params import RefineParams
 from lodbench.kernels.refine.reference import Made, Reference, largest_error
@@ -30,11 +32,13 @@ class Surface(ABC):
         files: its kernels' file, and more where there are any; see `common/lattice_walk.cl`.
         flops: operations of one vertex, counted from the kernel.
         largest: coordinate that its sums can bear.
+        curved: does it leave the flat triangles?
     """
 
     files: tuple[str, ...]
     flops: int
     largest = 1e38
+    curved = False
 
     def upload(self, subject: DeviceSubject, coarse: Coarse, corners: Buffer) -> Buffer:
         """What its kernels read of each triangle, (m, floats): the corners themselves, or made of them."""
@@ -91,6 +95,12 @@ class Coarse:
     def flops(self) -> int:
         """Operations of one vertex."""
         return self.surface.flops + self.displacement.flops
+
+    @cached_property
+    def cracked_edges(self) -> int:
+        """Edges along which the refined surface may part: see `split_edges`; none where it stays flat."""
+        leaves = self.surface.curved or self.displacement.is_any
+        return split_edges(self.mesh) if leaves else 0
 
     def chosen(self) -> NDArray[np.int64]:
         """The coarse triangles that a check looks at, spread over the mesh."""

@@ -238,6 +238,7 @@ class AdaptivePatterns(Choosing):
         vertices = self.pool.lattice_vertices
         return {
             "coarse_triangles": self._coarse.count,
+            "cracked_edges": self._coarse.cracked_edges,
             "segments": self._params.segments,
             "patterns": len(self.pool.vertex_counts),
             "patterns_used": len(np.unique(self.chosen()[0])),

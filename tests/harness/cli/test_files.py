@@ -193,3 +193,12 @@ def test_vertex_colours_are_drawn_or_asked_for(tmp_path, capsys):
 
     image = np.asarray(Image.open(out)).astype(int)
     assert ((image[..., 0] - image[..., 1]) > 60).mean() > 0.05
+
+
+def test_refine_says_where_cracks_open(tmp_path, capsys):
+    points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0.5], [0, 1, 0]]
+    write_mesh(tmp_path / "hinge.ply", TriangleMesh(points, [[0, 1, 2], [3, 4, 5]]))
+    source, out = str(tmp_path / "hinge.ply"), str(tmp_path / "out.ply")
+    for method, said in (("pn_triangles", True), ("pattern", False)):
+        assert main(["refine", source, out, "--method", method]) == 0
+        assert ("normals are split along 1 edges" in capsys.readouterr().err) == said
