@@ -27,7 +27,7 @@ SHADERS = ("gl_pn_pattern", "gl_pn_tessellation")
 BASELINES = ("pattern", "numpy_pn_triangles", *SHADERS, *ARRAYS, *VTK)
 SHOWN = ("numpy_pn_triangles", "gl_pn_pattern", "igl_upsample", "igl_loop")
 REFINE, DRAW = "refine", DRAWN[2]
-LEAST = SEGMENTS[0]  # at more a software tessellator takes minutes, and packages fill the memory
+LEAST = SEGMENTS[0]  # at more the packages fill the memory
 
 
 def _refined(dataset: str, segments: int, vtk: bool) -> Group:
@@ -44,10 +44,9 @@ def _refined(dataset: str, segments: int, vtk: bool) -> Group:
 
 def _drawn(dataset: str, segments: int) -> Group:
     params: dict[str, Any] = {"segments": segments}
-    shaders = SHADERS if segments == LEAST else SHADERS[:1]
     subjects = (
         *(Subject(name, params, draw=WHOLE) for name in ("pattern", "pn_triangles")),
-        *(Subject(name, {**params, **SIZE}) for name in shaders),
+        *(Subject(name, {**params, **SIZE}) for name in SHADERS),
     )
     return Group(dataset, subjects, {"work": DRAW, **params}, weight=10.0)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -74,15 +74,15 @@ def _function(name: str, *arguments: Any) -> Any:
     return ctypes.CFUNCTYPE(None, *arguments)(loader(name.encode()))
 
 
-def keep_patches(array: Any, program: Any, buffer: Any) -> None:
-    """Transform feedback of patches as triangles, nothing drawn: what moderngl's `transform` does not know."""
+def keep_patches(draw: Callable[[], None], program: Any, buffer: Any) -> None:
+    """Transform feedback of what `draw` issues of patches, as triangles: what moderngl's `transform` does not know."""
     gl, number = context(), ctypes.c_uint
     discard, feedback, triangles = 0x8C89, 0x8C8E, 0x0004
     _function("glUseProgram", number)(program.glo)
     _function("glBindBufferBase", number, number, number)(feedback, 0, buffer.glo)
     _function("glEnable", number)(discard)
     _function("glBeginTransformFeedback", number)(triangles)
-    array.render(gl.PATCHES)
+    draw()
     _function("glEndTransformFeedback")()
     _function("glDisable", number)(discard)
     _ = gl.error  # the program was made current twice, which feedback reports and ignores

@@ -9,6 +9,7 @@ Source: OpenGL 4.0 specification, section 2.12.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from lodbench.kernels.system import Check
 KEPT = ("surface_position", "shaded_normal", "weights", "corners")
 RECORD = np.dtype([("point", "3f4"), ("normal", "3f4"), ("weights", "3f4"), ("corners", "3i4")])
 VERTEX = "tessellation.vert"
+WHOLE_ROWS = 1 << 14  # of a call, corners of triangles
 
 
 def ring_triangles(segments: int) -> int:
@@ -71,10 +73,19 @@ class Patches(Refined):
         self._points = self.gl.vertex_array(self.feedback_program, arrays, indices)
 
     def draw(self, coarse: int) -> None:
-        self._array.render(self.gl.PATCHES, vertices=3 * coarse)
+        self._issue_patches(self._array, coarse)
 
     def keep(self, buffer: Any) -> None:
-        keep_patches(self._points, self.feedback_program, buffer)
+        keep_patches(
+            partial(self._issue_patches, self._points, self.coarse), self.feedback_program, buffer
+        )
+
+    def _issue_patches(self, array: Any, coarse: int) -> None:
+        """As many calls as it takes: of larger ones llvmpipe mistakes single patches for their neighbours."""
+        each = max(WHOLE_ROWS // (3 * ring_triangles(self.params.segments)), 1)
+        for first in range(0, coarse, each):
+            count = min(each, coarse - first)
+            array.render(self.gl.PATCHES, vertices=3 * count, first=3 * first)
 
     def feedback_bytes(self) -> int:
         return RECORD.itemsize * 3 * self.coarse * ring_triangles(self.params.segments)

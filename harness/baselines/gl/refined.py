@@ -80,7 +80,7 @@ class Refined(ABC):
             if params.output == "points":
                 self._kept = self.gl.buffer(reserve=self.feedback_bytes())
             with self.setup.host("first_launch"):
-                # have the driver compile: a software tessellator may take minutes for more than one triangle
+                # have the driver compile, without drawing all of it
                 self._issue(self._view, 1)
 
     @abstractmethod

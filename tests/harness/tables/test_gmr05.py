@@ -138,7 +138,7 @@ def test_pn_frames_are_compared_with_a_tessellator_of_more_triangles():
     assert rows["pn_triangles"]["ratio_to_gl_pn_tessellation"] == pytest.approx(200)
 
 
-def test_pn_groups_keep_tessellation_and_packages_to_few_segments():
+def test_pn_groups_keep_packages_to_few_segments():
     made = table("gmr05_pn")
     for quick in (True, False):
         groups = made.groups(quick)
@@ -156,7 +156,7 @@ def test_pn_groups_keep_tessellation_and_packages_to_few_segments():
         assert quick == (64 not in named)
         if not quick:
             assert "gl_pn_pattern" in named[64]
-            assert not {"gl_pn_tessellation", "igl_loop"} & named[64]
+            assert not {"igl_loop", "vtk_loop_subdivision"} & named[64]
 
 
 def test_pn_groups_leave_out_a_scan_that_is_not_there(monkeypatch, tmp_path):
