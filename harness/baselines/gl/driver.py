@@ -74,8 +74,11 @@ def _function(name: str, *arguments: Any) -> Any:
     return ctypes.CFUNCTYPE(None, *arguments)(loader(name.encode()))
 
 
-def keep_patches(draw: Callable[[], None], program: Any, buffer: Any) -> None:
-    """Transform feedback of what `draw` issues of patches, as triangles: what moderngl's `transform` does not know."""
+def keep_patches(program: Any, buffer: Any, draw: Callable[[], None]) -> None:
+    """Transform feedback of the patches that `draw` draws, as triangles: what moderngl's `transform` does not know.
+
+    They are kept one draw call after the other, and nothing is rasterised.
+    """
     gl, number = context(), ctypes.c_uint
     discard, feedback, triangles = 0x8C89, 0x8C8E, 0x0004
     _function("glUseProgram", number)(program.glo)

@@ -25,7 +25,9 @@ from lodbench.kernels.system import Check
 KEPT = ("surface_position", "shaded_normal", "weights", "corners")
 RECORD = np.dtype([("point", "3f4"), ("normal", "3f4"), ("weights", "3f4"), ("corners", "3i4")])
 VERTEX = "tessellation.vert"
-WHOLE_ROWS = 1 << 14  # of a call, corners of triangles
+MOST_VERTICES = 1 << 15
+"""Of one draw call. Past 65,536 llvmpipe numbers a draw's tessellated vertices from 0 again: triangles are missing and
+others come twice, in 5 times the time at 16 segments and 18 times at 64. Smaller draws than these are no faster."""
 
 
 def ring_triangles(segments: int) -> int:
@@ -33,8 +35,13 @@ def ring_triangles(segments: int) -> int:
     return (3 * segments**2) // 2
 
 
+def ring_vertices(segments: int) -> int:
+    """Vertices of one coarse triangle: 3 k on each ring, k = segments, segments - 2 ...; 1 ends an even series."""
+    return 3 * sum(range(segments, 0, -2)) + (segments % 2 == 0)
+
+
 class Patches(Refined):
-    """Corners in buffers, three to a patch.
+    """Corners in buffers, three to a patch, in draw calls of at most `MOST_VERTICES`.
 
     Attributes:
         control: the control shader's file.
@@ -73,19 +80,18 @@ class Patches(Refined):
         self._points = self.gl.vertex_array(self.feedback_program, arrays, indices)
 
     def draw(self, coarse: int) -> None:
-        self._issue_patches(self._array, coarse)
+        self._render(self._array, coarse)
 
-    def keep(self, buffer: Any) -> None:
-        keep_patches(
-            partial(self._issue_patches, self._points, self.coarse), self.feedback_program, buffer
-        )
-
-    def _issue_patches(self, array: Any, coarse: int) -> None:
-        """As many calls as it takes: of larger ones llvmpipe mistakes single patches for their neighbours."""
-        each = max(WHOLE_ROWS // (3 * ring_triangles(self.params.segments)), 1)
+    def _render(self, array: Any, coarse: int) -> None:
+        """The first `coarse` triangles, so many at a time."""
+        each = max(MOST_VERTICES // ring_vertices(self.params.segments), 1)
         for first in range(0, coarse, each):
             count = min(each, coarse - first)
             array.render(self.gl.PATCHES, vertices=3 * count, first=3 * first)
+
+    def keep(self, buffer: Any) -> None:
+        draw = partial(self._render, self._points, self.coarse)
+        keep_patches(self.feedback_program, buffer, draw)
 
     def feedback_bytes(self) -> int:
         return RECORD.itemsize * 3 * self.coarse * ring_triangles(self.params.segments)
@@ -116,9 +122,9 @@ class Patches(Refined):
                 np.linalg.norm(rows["normal"] * length - normals, axis=1),
                 np.abs(weights.sum(-1) - 1),
             )
-            # a triangle of which nothing came is infinitely wrong; NaN is the worst of all
+            # a triangle of which parts are missing is infinitely wrong; NaN is the worst of all
             worst = float(np.max([worst, *(error.max(initial=0) for error in errors)]))
-            worst = worst if len(rows) else np.inf
+            worst = worst if len(rows) >= 3 * ring_triangles(self.params.segments) else np.inf
         what = (
             "largest error of points (over the largest coordinate) and of unit normals at the tessellator's weights, "
             f"{len(chosen)} of {self.coarse} coarse triangles"

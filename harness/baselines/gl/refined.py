@@ -80,7 +80,7 @@ class Refined(ABC):
             if params.output == "points":
                 self._kept = self.gl.buffer(reserve=self.feedback_bytes())
             with self.setup.host("first_launch"):
-                # have the driver compile, without drawing all of it
+                # have the driver compile: one triangle is enough for that
                 self._issue(self._view, 1)
 
     @abstractmethod

@@ -4,7 +4,7 @@ import pytest
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness.baselines.gl.driver import driver_name
-from lodbench.harness.baselines.gl.patches import ring_triangles
+from lodbench.harness.baselines.gl.patches import MOST_VERTICES, ring_triangles, ring_vertices
 from lodbench.harness.baselines.gl.refined import Params
 from lodbench.harness.plan.registry import systems
 from lodbench.kernels.render import mesh_view
@@ -37,7 +37,7 @@ def test_driver_has_a_name():
     [*((name, "gl_static_vbo") for name in FLAT), ("gl_pn_tessellation", "gl_pn_pattern")],
 )
 def test_frame_draws_the_same_picture_whatever_the_stages(device, name, like):
-    mesh, params = icosphere(2), Params(4, width=160, height=128)
+    mesh, params = icosphere(3), Params(16, width=160, height=128)
     pictures = []
     for subject in (name, like):
         prepared = prepare(subject, device, mesh, params)
@@ -73,9 +73,29 @@ def test_empty_mesh_draws_the_background(device, name):
     np.testing.assert_array_equal(image, image[:, :1].repeat(40, 1))
 
 
-@pytest.mark.parametrize(("segments", "triangles"), [(1, 1), (2, 6), (3, 13), (4, 24), (16, 384)])
-def test_rings_of_the_tessellator_are_counted(segments, triangles):
-    assert ring_triangles(segments) == triangles
+@pytest.mark.parametrize(
+    ("segments", "triangles", "vertices"),
+    [(1, 1, 3), (2, 6, 7), (3, 13, 12), (4, 24, 19), (16, 384, 217)],
+)
+def test_rings_of_the_tessellator_are_counted(device, segments, triangles, vertices):
+    assert (ring_triangles(segments), ring_vertices(segments)) == (triangles, vertices)
+    params = Params(segments, "points")
+    (made,) = prepare("gl_tessellation", device, icosphere(0), params).result()
+    assert made.triangle_count == 20 * triangles
+    # an edge's two triangles may differ in the last place of its points
+    assert len(np.unique(made.positions[: 3 * triangles], axis=0)) == vertices
+
+
+@pytest.mark.parametrize("name", ["gl_tessellation", "gl_pn_tessellation"])
+def test_every_patch_comes_once_when_they_take_many_draws(device, name):
+    """A software driver loses patches of a draw that gives more vertices than 16 bits can number."""
+    mesh, segments = icosphere(3), 16
+    assert mesh.triangle_count * ring_vertices(segments) > 4 * MOST_VERTICES
+    prepared = prepare(name, device, mesh, Params(segments, "points"))
+    kept = prepared.kept()["corners"][:: 3 * ring_triangles(segments)]
+    assert len(kept) == mesh.triangle_count
+    assert len(np.unique(kept, axis=0)) == mesh.triangle_count
+    assert prepared.check().passed
 
 
 @pytest.mark.parametrize("name", ["gl_tessellation", "gl_pn_tessellation"])
