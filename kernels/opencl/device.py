@@ -23,7 +23,7 @@ from lodbench.kernels.opencl.driver import (
 )
 from lodbench.kernels.opencl.launch import Program
 from lodbench.kernels.opencl.memory import Buffer, Pool
-from lodbench.kernels.opencl.source import PRELUDE, texts_of
+from lodbench.kernels.opencl.source import PRELUDE, Text, texts_of
 from lodbench.kernels.opencl.timeline import Timeline
 
 __all__ = ["Device", "DeviceError", "Unsupported", "list_devices"]
@@ -141,7 +141,7 @@ class Device:
             ) from None
 
     def build(
-        self, *files: str | Path, defines: Mapping[str, int | float] | None = None
+        self, *files: str | Path | Text, defines: Mapping[str, int | float] | None = None
     ) -> Program:
         """The program of these kernel files, relative to `kernels/`, built once per set of defines.
 
@@ -149,6 +149,7 @@ class Device:
 
         Raises:
             DeviceError: the build failed; file, line and options are in the text.
+            ValueError: it failed over a user's `Text`, whose argument and line are named.
         """
         options = " ".join(
             f"-D {name}={value}" + ("f" if isinstance(value, float) else "")
@@ -157,10 +158,17 @@ class Device:
         key = (files, options)
         if key not in self._programs:
             texts = texts_of(files, self.facts.prelude)
-            source = "\n".join(text for name, text in texts.items() if name != PRELUDE)
-            self._programs[key] = Program(
-                self, self.compile(list(texts.items()), f"-w {options}"), source
-            )
+            theirs = [file for file in files if isinstance(file, Text)]
+            left_out = {PRELUDE, *(name for text in theirs for name in text.parts)}
+            source = "\n".join(text for name, text in texts.items() if name not in left_out)
+            try:
+                compiled = self.compile(list(texts.items()), f"-w {options}")
+            except DeviceError as error:
+                for text in theirs:
+                    if reason := text.blamed(str(error.__context__)):
+                        raise ValueError(reason) from None
+                raise
+            self._programs[key] = Program(self, compiled, source)
         return self._programs[key]
 
     def allocate(self, name: str, shape: int | tuple[int, ...], dtype: Any) -> Buffer:

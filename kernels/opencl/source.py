@@ -13,14 +13,70 @@ KERNELS = Path(__file__).parents[1]
 PRELUDE = "common/prelude.cl"
 
 
-def texts_of(files: Iterable[str | Path], prelude: bool = False) -> dict[str, str]:
+@dataclass(frozen=True)
+class Text:
+    """A text that a user wrote, to be joined among the kernel files.
+
+    Attributes:
+        argument: that it came by; errors name it.
+        text: OpenCL C.
+        call: what calls it, joined behind it: an error in its first line, up to the brace, is of what was left open,
+            one past that of what the text declares.
+        declares: what it should declare, in an error's words.
+    """
+
+    argument: str
+    text: str
+    call: str = ""
+    declares: str = ""
+
+    @property
+    def parts(self) -> dict[str, str]:
+        """Name -> text; a backslash at the end of the user's must not join what follows to it."""
+        return {self.argument: f"{self.text}\n", f"{self.argument}'s call": self.call}
+
+    def blamed(self, log: str) -> str:
+        """The error of a failed build in the words of an argument's; "" where the log tells of nothing in the text.
+
+        What stands behind the text builds without it: an error there comes of something left open.
+        """
+        found = next((match.groupdict() for form in _ERRORS if (match := form.search(log))), None)
+        if found is None:
+            missing = _UNDEFINED.search(log)
+            built = missing is None or missing[1] not in self.text
+            return (
+                "" if built else f"{self.argument}: expected a definition of {missing[1]}, got none"
+            )
+        file, message = found["file"], found["message"]
+        if file == f"{self.argument}'s call" and int(found["line"]) > 1:
+            return f"{self.argument}: expected {self.declares}, got another: {message}"
+        expected = f"{self.argument}: expected OpenCL C that builds"
+        if file == self.argument:
+            return f"{expected}, line {found['line']}: {message}"
+        if file in self.parts or (KERNELS / file).is_file():
+            return f"{expected}, got an error behind it, as where a bracket is left open: {message}"
+        return f"{expected}, {file} line {found['line']}: {message}"
+
+
+_PLACE = r"(?P<file>[^:\n]+):(?P<line>\d+):\d+:"
+_ERRORS = (  # of PoCL, and of other compilers
+    re.compile(rf"^error: {_PLACE} (?P<message>.+)$", re.M),
+    re.compile(rf"^{_PLACE} (?:fatal )?error: (?P<message>.+)$", re.M),
+)
+_UNDEFINED = re.compile(r"Cannot find symbol (\w+)")
+
+
+def texts_of(files: Iterable[str | Path | Text], prelude: bool = False) -> dict[str, str]:
     """File name -> text of these kernel files, relative to `kernels/`, in the order in which they are joined.
 
     Files named on a `// Needs` line come before the one that needs them, and the prelude before all.
     """
     texts: dict[str, str] = {}
-    for file in ([PRELUDE] if prelude else []) + [str(file) for file in files]:
-        _join(file, texts)
+    for file in [PRELUDE, *files] if prelude else files:
+        if isinstance(file, Text):
+            texts |= file.parts
+        else:
+            _join(str(file), texts)
     return texts
 
 
