@@ -54,3 +54,6 @@ neighbouring sub-pixels, across and down."""
 
 QUADRIC_STEP = 8 * EPSILON32
 """Per unit of the condition number: a step, or a determinant, of a 3 x 3 quadric solved in float32 against float64."""
+
+DIFFERENCES = 2e-3
+"""A unit normal by central differences with a step of 2^-12 diagonals: points so close have lost 12 of 24 bits."""

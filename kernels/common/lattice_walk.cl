@@ -17,7 +17,8 @@
 // Writes    positions  float[3 * vertices]
 //           normals    float[3 * vertices]
 // Needs     common/packed.cl, common/displacement.cl
-// Defines   CHUNK (a multiple of eight: vertices of a work-item), DISPLACED (1: by what stands in front), STREAMING (common/packed.cl)
+// Defines   CHUNK (a multiple of eight: vertices of a work-item), DISPLACED (1: by what stands in front), ATTRIBUTES
+//           (common/displacement.cl), STREAMING (common/packed.cl)
 
 #pragma OPENCL FP_CONTRACT OFF
 
@@ -37,7 +38,12 @@ static inline void lattice_eight(
     *p = planes8_pick(is_last, lattice_edge_point(s, t), lattice_point(s, u, v));
     *n = planes8_normalise(planes8_pick(is_last, lattice_edge_normal(s, t), lattice_normal(s, u, v)));
 #if DISPLACED
-    displace_eight(p, n, d);
+    Displacement here = d;
+#if ATTRIBUTES
+    displacement_inside(&here, u, v);
+    displacement_on_edge(&here, is_last, t, lattice_from_p2(s));
+#endif
+    displace_eight(p, n, here);
 #endif
 }
 
@@ -55,8 +61,15 @@ static inline void lattice_inside(const lattice_pattern pattern, const lattice_s
         const float8 u = vload8(i, us), v = vload8(i, vs);
         p[i] = lattice_point(s, u, v);
         n[i] = planes8_normalise(lattice_normal(s, u, v));
+#if ATTRIBUTES
+        Displacement here = d;
+        displacement_inside(&here, u, v);
+        displace_eight(&p[i], &n[i], here);
+#endif
     }
+#if !ATTRIBUTES
     displace_vectors(p, n, vectors, d);
+#endif
     for (uint i = 0; i < vectors; ++i) packed_store8(p[i], positions + 24 * i);
     for (uint i = 0; i < vectors; ++i) packed_store8(n[i], normals + 24 * i);
 #else

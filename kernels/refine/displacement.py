@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
+from lodbench.kernels.opencl import Device, Text
 from lodbench.kernels.refine.params import RefineParams
 
 Doubles = NDArray[np.float64]
 PERIOD = 256  # of the noise along each axis, in cells
 SEED = 2002
-FLOPS = {"sine": 90, "perlin": 250, "turbulence": 250}  # of a vertex; the noise's are an octave's
 
 
 class Height(Protocol):
@@ -25,6 +25,7 @@ class Height(Protocol):
         a: amplitude, model units; 0 for none.
         slope: the most that the height rises per model unit, about.
         bend: how many times as fast its slope changes, 1 / model units.
+        continuous: it has no jumps, only kinks.
     """
 
     @property
@@ -33,9 +34,19 @@ class Height(Protocol):
     def slope(self) -> float: ...
     @property
     def bend(self) -> float: ...
+    @property
+    def continuous(self) -> bool: ...
 
-    def __call__(self, points: Doubles) -> tuple[Doubles, Doubles, Doubles]:
-        """Heights (...), their gradients (..., 3), and 1 where those are certain, 0 at a kink."""
+    def __call__(
+        self, points: Doubles, normals: Doubles, wuv: Doubles
+    ) -> tuple[Doubles, Doubles, Doubles]:
+        """Heights (m, n), their gradients (m, n, 3), and 1 where those are certain, 0 at a kink or jump.
+
+        Args:
+            points: on the surface, (m, n, 3).
+            normals: there, of unit length.
+            wuv: weights that they are at in each of m triangles, (n, 3).
+        """
         ...
 
 
@@ -49,6 +60,7 @@ class Wave:
     a: float = 0.0
     f: float = 0.0
     phase: float = 0.0
+    continuous = True
 
     @property
     def slope(self) -> float:
@@ -60,8 +72,8 @@ class Wave:
         """See `Height`."""
         return self.f
 
-    def __call__(self, points: Doubles) -> tuple[Doubles, Doubles, Doubles]:
-        """See `Height`."""
+    def __call__(self, points: Doubles, *where: Doubles) -> tuple[Doubles, Doubles, Doubles]:
+        """See `Height`: it depends on points alone."""
         r = np.linalg.norm(points, axis=-1)
         angle = self.f * r + self.phase
         steep = self.a * self.f * np.cos(angle) / np.where(r > 0, r, 1)
@@ -127,6 +139,7 @@ class Noise:
     shift: float  # cells along z
     octaves: int
     turbulent: bool
+    continuous = True
 
     @property
     def slope(self) -> float:
@@ -138,7 +151,7 @@ class Noise:
         """See `Height`."""
         return self.f * 2.0**self.octaves
 
-    def __call__(self, points: Doubles) -> tuple[Doubles, Doubles, Doubles]:
+    def __call__(self, points: Doubles, *where: Doubles) -> tuple[Doubles, Doubles, Doubles]:
         """See `Height`; turbulence has a kink wherever an octave is zero."""
         q = points * self.f + (0, 0, self.shift)
         heights, gradients = np.zeros(points.shape[:-1]), np.zeros(points.shape)
@@ -153,64 +166,97 @@ class Noise:
         return self.a * heights, self.a * self.f * gradients, certain
 
 
-@dataclass
 class Displacement:
-    """The displacement that params ask for, over a mesh: its kernels, their arguments, and its float64 form."""
+    """What raises a surface over a mesh: its kernels, what they read, and its float64 form. This one raises nothing.
 
-    params: RefineParams
-    mesh: TriangleMesh
-    diagonal: float  # finite, with a finite inverse
-    _unit: float = field(init=False)
+    Attributes:
+        is_any: is anything raised at all?
+        files: what is joined before the surface.
+        flops: operations of a vertex.
+        remark: what a check should say of its float64 form.
+    """
 
-    def __post_init__(self) -> None:
-        away = float(np.abs(self.mesh.positions).max(initial=0))
-        self._unit = max(self.diagonal, 2.0**-40 * away)  # squares of distances are finite
+    is_any = False
+    files: tuple[str | Text, ...] = ()
+    flops = 0
+    remark = ""
 
-    @property
-    def is_any(self) -> bool:
-        """Is anything raised at all?"""
-        return self.params.amplitude != 0
-
-    @property
-    def _is_noise(self) -> bool:
-        return self.params.displacement != "sine"
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """What is joined before the surface."""
-        kind = "noise" if self._is_noise else "sine"
-        return (f"common/{kind}.cl",) if self.is_any else ()
+    def __init__(self, params: RefineParams, mesh: TriangleMesh, diagonal: float) -> None:
+        """`mesh` is a canonical one; `diagonal` is finite, with a finite inverse."""
+        self.params, self.mesh, self.diagonal = params, mesh, diagonal
+        away = float(np.abs(mesh.positions).max(initial=0))
+        self._unit = max(diagonal, 2.0**-40 * away)  # squares of distances are finite
 
     @property
     def defines(self) -> dict[str, int]:
         """The constants of those files."""
-        defines = {"DISPLACED": int(self.is_any)}
-        if self.is_any and self._is_noise:
-            turbulent = self.params.displacement == "turbulence"
-            defines |= {"OCTAVES": self.params.octaves, "TURBULENT": int(turbulent)}
-        return defines
-
-    @property
-    def flops(self) -> int:
-        """Operations of a vertex."""
-        params = self.params
-        each = params.octaves if self._is_noise else 1
-        return FLOPS[params.displacement] * each if self.is_any else 0
+        return {"DISPLACED": int(self.is_any)}
 
     def table(self) -> NDArray[np.uint32]:
-        """What the kernels look up: the noise its permutation, the sine nothing."""
-        return permutation() if self.is_any and self._is_noise else np.zeros(1, np.uint32)
+        """What the kernels look up."""
+        return np.zeros(1, np.uint32)
+
+    def attributes(self) -> Floats | None:
+        """What the kernels read of each triangle's corners, (m, 3, floats); None for nothing."""
+        return None
 
     def value(self, time: float) -> tuple[float, float, float, float]:
-        """The kernel's argument at `time`, s: amplitude in model units, waves per diagonal, phase, 1 / diagonal."""
-        params = self.params
-        phase = time % PERIOD if self._is_noise else -(time % 1.0)
-        return params.amplitude * self.diagonal, params.waves, phase, 1 / self._unit
+        """The kernel's argument at `time`, s, as the struct in common/displacement.cl has it."""
+        return 0.0, 0.0, 0.0, 1 / self._unit
 
-    def height(self, time: float) -> Height:
-        """The same in float64."""
+    def height(self, time: float, rows: NDArray[np.int64], device: Device) -> Height:
+        """The same in float64, over these coarse triangles."""
+        return Wave()
+
+    def check_heights(self, positions: Floats) -> None:
+        """Refuse what a user's part has made of points, (n, 3)."""
+
+
+class SineDisplacement(Displacement):
+    """A wave around the origin."""
+
+    is_any = True
+    files = ("common/sine.cl",)
+    flops = 90
+
+    def value(self, time: float) -> tuple[float, float, float, float]:
+        """See `Displacement`."""
+        amplitude = self.params.amplitude * self.diagonal
+        return amplitude, self.params.waves, -(time % 1.0), 1 / self._unit
+
+    def height(self, time: float, rows: NDArray[np.int64], device: Device) -> Height:
+        """See `Displacement`."""
         amplitude, waves, phase, inverse = self.value(time)
-        if not self._is_noise:
-            return Wave(amplitude, 2 * np.pi * waves * inverse, 2 * np.pi * phase)
-        turbulent = self.params.displacement == "turbulence"
-        return Noise(amplitude, waves * inverse, phase, self.params.octaves, turbulent)
+        return Wave(amplitude, 2 * np.pi * waves * inverse, 2 * np.pi * phase)
+
+
+class NoiseDisplacement(Displacement):
+    """Octaves of noise, or of its absolute values."""
+
+    is_any = True
+    files = ("common/noise.cl",)
+
+    def __init__(self, params: RefineParams, mesh: TriangleMesh, diagonal: float) -> None:
+        super().__init__(params, mesh, diagonal)
+        self._turbulent = params.displacement == "turbulence"
+        self.flops = 250 * params.octaves
+
+    @property
+    def defines(self) -> dict[str, int]:
+        """See `Displacement`."""
+        own = {"OCTAVES": self.params.octaves, "TURBULENT": int(self._turbulent)}
+        return super().defines | own
+
+    def table(self) -> NDArray[np.uint32]:
+        """The permutation."""
+        return permutation()
+
+    def value(self, time: float) -> tuple[float, float, float, float]:
+        """See `Displacement`."""
+        amplitude = self.params.amplitude * self.diagonal
+        return amplitude, self.params.waves, time % PERIOD, 1 / self._unit
+
+    def height(self, time: float, rows: NDArray[np.int64], device: Device) -> Height:
+        """See `Displacement`."""
+        amplitude, waves, phase, inverse = self.value(time)
+        return Noise(amplitude, waves * inverse, phase, self.params.octaves, self._turbulent)

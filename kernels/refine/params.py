@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from lodbench.kernels.parameters import Parameters, Range
+from lodbench.kernels.refine.function_text import check_function
 from lodbench.kernels.refine.lattice import Amplitude, Segments, Waves
 
 
@@ -15,19 +16,37 @@ class RefineParams(Parameters):
 
     Attributes:
         segments: parts that each coarse edge is cut into, 1 to 4096.
-        displacement: what raises the surface along its normals: "sine", a sin(f |P|); "perlin", octaves of noise; or
-            "turbulence", their absolute values.
-        amplitude: its height, as a fraction of the bounding-box diagonal; 0 for none.
+        displacement: what raises the surface along its normals: "sine", a sin(f |P|); "perlin", octaves of noise;
+            "turbulence", their absolute values; or "function", one of your own.
+        amplitude: its height, as a fraction of the bounding-box diagonal; 0 for none, and of a function, which says
+            how high it rises itself.
         waves: of the sine, or cells of the coarsest noise, per bounding-box diagonal; one passes per second of
             `Frame.time`.
         octaves: of the noise, each twice as fine and half as high as the one before.
+        function: OpenCL C that has float displace(float3 position, float3 normal, float2 uv, float time), the height
+            in model units over a point of the surface; uv is (0, 0) on a mesh without texture coordinates, time is
+            that of `Frame`, s.
     """
 
     segments: Segments = 16
-    displacement: Literal["sine", "perlin", "turbulence"] = "sine"
+    displacement: Literal["sine", "perlin", "turbulence", "function"] = "sine"
     amplitude: Amplitude = 0.0
     waves: Waves = 8.0
     octaves: Annotated[int, Range(1, 12)] = 4
+    function: str = ""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.function and self.displacement != "function":
+            raise ValueError(
+                f"displacement: expected 'function' where there is one, got {self.displacement!r}"
+            )
+        if self.displacement == "function":
+            check_function(self.function)
+            if self.amplitude:
+                raise ValueError(
+                    f"amplitude: expected 0 for a function, which gives model units, got {self.amplitude:g}"
+                )
 
 
 @dataclass(frozen=True)

@@ -30,14 +30,16 @@ def refined(
 
     Returns:
         Points and unit normals (m, n, 3), and the length (m, n) that the normal had before it was made a unit: where
-        that is small, rounding has turned the normal by as much more.
+        that is small, rounding has turned the normal by as much more. Points at a jump of the height are NaN.
 
     Source: Boubekeur & Schlick 2005, sections 3.2 and 4. The displaced surface's normal is a reconstruction.
     """
     points, directions = surface(P, N, wuv)
     normals, length = unit(directions)
     if height.a:
-        raised, gradient, certain = height(points)
+        raised, gradient, certain = height(points, normals, wuv)
+        if not height.continuous:
+            raised = np.where(certain, raised, np.nan)
         points = points + raised[..., None] * normals
         tangential = gradient - (gradient * normals).sum(-1, keepdims=True) * normals
         normals, bent = unit(normals - tangential)
@@ -66,7 +68,7 @@ def largest_error(
     """How far refined triangles are from the reference, in units that float32 rounding keeps near 1e-7.
 
     Points count relative to the largest coordinate, normals as they are; both less where the mathematics magnifies
-    rounding: a steep height does, far from the origin, and a normal that nearly cancelled.
+    rounding: a steep height does, far from the origin, and a normal that nearly cancelled. At a jump none counts.
 
     Args:
         positions: (m, n, 3).
@@ -81,6 +83,7 @@ def largest_error(
     points, directions, length = then(refined(surface, P, N, wuv, height))
     size = max(float(np.abs(P).max()), abs(height.a), 1e-37)
     slope = height.slope
-    off = np.abs(positions - points).max() / (size * (1 + slope))
+    away = np.where(np.isnan(points), 0, np.abs(positions - points))
+    off = away.max() / (size * (1 + slope))
     turned = (np.linalg.norm(normals - directions, axis=-1) * length).max()
     return float(np.max([off, turned / (1 + slope * (1 + height.bend * size))]))

@@ -114,7 +114,7 @@ class Refined(DeviceSubject):
         """The output must be written, attributes and pattern read once; operations are counted from the kernel."""
         triangles = batch.count // len(batch.launches)
         first = launch is level.batches[0].launches[0]
-        size = (VERTEX_BYTES * level.vertices + 4 * self._coarse.values.shape[1]) * triangles
+        size = (VERTEX_BYTES * level.vertices + self._coarse.triangle_bytes) * triangles
         pattern = 8 * level.vertices if first else 0
         return Step(
             launch, launch.stage, size + pattern, self._coarse.flops * level.vertices * triangles
@@ -127,6 +127,7 @@ class Refined(DeviceSubject):
             "normals": self._normals,
             "displacement": self._displacement.value(0.0),
             "table": self._coarse.table,
+            "attributes": self._coarse.attributes,
             "pattern_stride": level.weights.shape[1],
             "last_row": level.vertices - level.segments - 1,
             "pattern_vertices": level.vertices,
@@ -187,10 +188,14 @@ class Refined(DeviceSubject):
         """The last frame's mesh, whose refined triangles share no vertices: instance after instance.
 
         An instance begins at its coarse triangle's vertex of lowest number.
+
+        Raises:
+            ValueError: a user's function raised points to infinity or NaN.
         """
         none = [(None, np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32))]
         _, points, directions = zip(*(list(self._read()) or none), strict=True)
         positions, normals = _joined(points), _joined(directions)
+        self._displacement.check_heights(positions)
         return [
             refined_mesh(
                 self._mesh, self._drawn.segments, positions.reshape(-1, 3), normals.reshape(-1, 3)
@@ -225,7 +230,7 @@ class Refined(DeviceSubject):
                 worst = float(np.max([worst, error]))  # NaN is the worst of all
         what = (
             "largest error of points (over the largest coordinate) and of unit normals, "
-            f"{len(chosen)} of {self._coarse.count} coarse triangles"
+            f"{len(chosen)} of {self._coarse.count} coarse triangles{self._displacement.remark}"
         )
         return Check(worst <= TOLERANCE, what, worst, TOLERANCE)
 

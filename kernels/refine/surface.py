@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
-from lodbench.kernels.opencl import Buffer
+from lodbench.kernels.opencl import Buffer, Text
 from lodbench.kernels.refine.attributes import canonical, corner_attributes
 from lodbench.kernels.refine.cracks import split_edges
-from lodbench.kernels.refine.displacement import Displacement
+from lodbench.kernels.refine.displacements import displacement_of
 from lodbench.kernels.refine.params import RefineParams
 from lodbench.kernels.refine.reference import Made, Reference, largest_error
 
@@ -58,10 +58,11 @@ class Coarse:
         diagonal: of the box, model units, finite, as is its inverse.
         displacement: what raises the surface.
         values: (m, floats) on the device, what the surface's kernels read.
-        table: uint32, on the device, what the displacement's kernels read.
+        table: uint32, on the device, what the displacement's kernels look up.
+        attributes: float32, on the device, what they read of each triangle's corners.
 
     Raises:
-        ValueError: a coordinate that the surface cannot bear.
+        ValueError: a coordinate that the surface cannot bear, or a displacement that has no place on this mesh.
     """
 
     def __init__(
@@ -73,12 +74,17 @@ class Coarse:
         self.mesh, self.surface = canonical(mesh), surface
         self.corners = corner_attributes(self.mesh)
         self.diagonal = min(max(mesh.diagonal, 2.0**-126), 3.4e38)
-        self.displacement = Displacement(params, mesh, self.diagonal)
+        self.displacement = displacement_of(params, self.mesh, self.diagonal)
+        self._device = subject.device
         with subject.setup.host("upload"):
             corners = subject.upload("corners", self.corners, np.float32, (None, 19))
             self.table = subject.upload(
                 "table", self.displacement.table(), np.uint32, role="pattern"
             )
+            read = self.displacement.attributes()
+            self._attribute_bytes = 0 if read is None else 4 * 3 * read.shape[2]
+            read = np.zeros(1, np.float32) if read is None else read
+            self.attributes = subject.upload("attributes", read, np.float32)
         self.values = surface.upload(subject, self, corners)
 
     @property
@@ -87,7 +93,12 @@ class Coarse:
         return self.mesh.triangle_count
 
     @property
-    def files(self) -> tuple[str, ...]:
+    def triangle_bytes(self) -> int:
+        """What the kernels read of each triangle."""
+        return 4 * self.values.shape[1] + self._attribute_bytes
+
+    @property
+    def files(self) -> tuple[str | Text, ...]:
         """The kernels' files, in the order in which they are joined."""
         return (*self.displacement.files, *self.surface.files)
 
@@ -132,7 +143,7 @@ class Coarse:
             normals,
             corners[:, 0],
             corners[:, 1],
-            self.displacement.height(time),
+            self.displacement.height(time, rows, self._device),
             self.surface.expected(self, rows),
             weights,
             then,

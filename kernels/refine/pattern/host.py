@@ -35,6 +35,7 @@ class Pattern(Refined):
             stage="vertex",
             local=group_size(self.device),
             first_vertex=first,
+            triangle=batch.first + place,
             **{f"p{k}": (*points[k], corners[18]) for k in range(3)},
             **{f"n{k}": (*normals[k], 0) for k in range(3)},
             **self._arguments(level),

@@ -2,16 +2,20 @@
 //
 // Source    Boubekeur & Schlick 2005, section 3.2 (barycentric pattern), section 4 (a sin(f |P|), in common/displacement.cl)
 // Work      1-D over chunks of output vertices, in whole vectors of eight; the triangle's attributes are arguments
-// Reads     pattern    float[2 * pattern_stride]  planes of u and v, 0..1, at least eight more than pattern_vertices
-// Writes    positions  float[3 * vertices]        packed; instance after instance
-//           normals    float[3 * vertices]        packed, unit length
+// Reads     pattern     float[2 * pattern_stride]         planes of u and v, 0..1, at least eight more than pattern_vertices
+//           table       uint []                           of the displacement
+//           attributes  float[3 * ATTRIBUTES * triangles]  of the displacement, as common/displacement.cl has them
+// Writes    positions   float[3 * vertices]               packed; instance after instance
+//           normals     float[3 * vertices]               packed, unit length
 // Needs     refine/pattern/surface.cl, common/lattice_walk.cl
 // Plain     refine/pattern/reference.py
-// Defines   CHUNK (a multiple of eight), DISPLACED (1: common/sine.cl or noise.cl stands in front), STREAMING (common/packed.cl)
+// Defines   CHUNK (a multiple of eight), DISPLACED (1: a height such as common/sine.cl stands in front), ATTRIBUTES
+//           (common/displacement.cl), STREAMING (common/packed.cl)
 
 __kernel void pattern_vertex_single(
     __global const float *restrict pattern,
-    __global const uint *restrict table, // of the displacement
+    __global const uint *restrict table,
+    __global const float *restrict attributes,
     __global float *restrict positions,
     __global float *restrict normals,
     const float4 p0, // fourth lane: 1 where edge P1 P2 begins at P2
@@ -23,6 +27,7 @@ __kernel void pattern_vertex_single(
     const float4 displacement,
     const uint pattern_stride,
     const uint last_row,
+    const uint triangle,      // whose attributes these are
     const ulong first_vertex, // of the output: the pattern's vertex 0
     const uint pattern_vertices)
 {
@@ -31,7 +36,8 @@ __kernel void pattern_vertex_single(
     if (chunk >= end) return;
 
     const lattice_pattern lattice = {pattern, pattern_stride, last_row};
-    const Displacement d = {displacement.x, displacement.y, displacement.z, displacement.w, table};
+    Displacement d = {displacement.x, displacement.y, displacement.z, displacement.w, table};
+    displacement_enter(&d, attributes, triangle);
     const ulong v = chunk > first_vertex ? chunk : first_vertex;
     const uint count = (uint)((chunk + CHUNK < end ? chunk + CHUNK : end) - v);
     const lattice_surface s = {p0.xyz, p1.xyz, p2.xyz, n0.xyz, n1.xyz, n2.xyz, p0.w > 0.0f};

@@ -10,6 +10,7 @@ Schlick 2005 that has it under patterns. The evaluation in powers of u and v abo
 from __future__ import annotations
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.refine.pattern import DIMPLES
 from lodbench.kernels.refine.pn_triangles.host import PnTriangles
 from lodbench.kernels.refine.pn_triangles.params import Params
 from lodbench.kernels.refine.refining import refiner
@@ -30,6 +31,7 @@ SYSTEM = System(
         "linear_16": Params(16, shading_normals="linear"),
         "quadratic_64": Params(64),
         "sine_64": Params(64, amplitude=0.02),
+        "function_64": Params(64, displacement="function", function=DIMPLES),
         "levels_64": Params(64, levels=7),
     },
     verbs={"refine": refine},
