@@ -9,6 +9,7 @@ import typer
 
 from lodbench.harness.cli import complete
 from lodbench.harness.cli.app import app
+from lodbench.harness.cli.displace import displacement
 from lodbench.harness.cli.files import (
     FormatOption,
     InArgument,
@@ -123,18 +124,6 @@ def simplify(
     _finish(result, found, target, started, json_output, quiet)
 
 
-def _displacement(text: str) -> dict[str, Any]:
-    """`0.02`, `0.02,8` or `perlin:0.02,8` as options of the API."""
-    kind, _, numbers = text.rpartition(":")
-    words = ("amplitude", "waves")
-    try:
-        found = [float(word) for word in numbers.split(",")]
-        options = dict(zip(words[: len(found)], found, strict=True))
-    except ValueError:
-        raise ValueError(f"displace: expected [KIND:]HEIGHT[,WAVES], got {text!r}") from None
-    return options | ({"displacement": kind} if kind else {})
-
-
 @app.command()
 def refine(
     source: InArgument,
@@ -157,7 +146,8 @@ def refine(
         typer.Option(
             "--displace",
             autocompletion=complete.displacements,
-            help="[KIND:]HEIGHT[,WAVES] in and per bounding-box diagonal; sine, perlin, turbulence.",
+            help="[KIND:]HEIGHT[,WAVES] in and per bounding-box diagonal; sine, perlin, turbulence. Or "
+            "FUNCTION.cl with float displace(float3 position, float3 normal, float2 uv, float time), in model units.",
         ),
     ] = None,
     weld: Annotated[bool, typer.Option(help="Share the points on edges between triangles.")] = True,
@@ -175,7 +165,7 @@ def refine(
     from lodbench.kernels import Device, refine_mesh
 
     extra = parameters(settings)
-    extra |= _displacement(displace) if displace else {}
+    extra |= displacement(displace) if displace else {}
     target = MeshTarget(out, form)
     target.check()
     found = read_source(source).triangles()

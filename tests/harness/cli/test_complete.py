@@ -81,8 +81,14 @@ def test_names_are_those_of_the_registry_and_the_tables():
     assert set(complete.modes()) == set(MODES)
     assert complete.paths() == get_args(get_type_hints(CameraPath)["kind"])
     kinds = get_type_hints(RefineParams)["displacement"]
-    assert complete.DISPLACEMENTS == get_args(kinds)
-    assert complete.displacements() == ("sine:", "perlin:", "turbulence:")
+    assert set(get_args(kinds)) - set(complete.DISPLACEMENTS) == {"function"}  # by its file
+
+
+def test_displacements_are_kinds_and_files(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    for name in ("bumps.cl", "ball.ply"):
+        (tmp_path / name).touch()
+    assert complete.displacements() == ("sine:", "perlin:", "turbulence:", "bumps.cl")
 
 
 def test_dataset_names_are_those_of_the_catalogue(monkeypatch, tmp_path):

@@ -85,12 +85,6 @@ def test_refine_does_what_its_options_say(tmp_path, device):
         assert np.array_equal(found.triangles, expected.triangles), words
 
 
-@pytest.mark.parametrize("word", ["high", "perlin:", "perlin:0.1,2,3", "0.1,,"])
-def test_displacement_that_is_none_is_said_in_one_line(word, tmp_path, capsys):
-    assert main(["refine", "icosphere_1", str(tmp_path / "out.ply"), "--displace", word]) == 2
-    assert f"displace: expected [KIND:]HEIGHT[,WAVES], got {word!r}" in capsys.readouterr().err
-
-
 def test_a_dataset_is_written_to_standard_output(piped, tmp_path):
     code, out, said = piped(b"", "datasets", "make", "torus_500", "-")
     assert code == 0 and said.startswith("-: ")

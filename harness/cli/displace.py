@@ -1,0 +1,36 @@
+"""What `--displace` means: a kind with its numbers, or a file that raises the surface."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+FORMS = "[KIND:]HEIGHT[,WAVES] or FUNCTION.cl"
+NUMBERS = ("amplitude", "waves")
+FUNCTION = ".cl"
+
+
+def displacement(text: str) -> dict[str, Any]:
+    """`0.02`, `0.02,8`, `perlin:0.02,8` or `bumps.cl` as options of the API.
+
+    Raises:
+        ValueError: another form; FileError where a file cannot be read.
+    """
+    if Path(text).suffix.lower() == FUNCTION:
+        return {"displacement": "function", "function": _function(Path(text))}
+    kind, _, numbers = text.rpartition(":")
+    try:
+        found = [float(word) for word in numbers.split(",")]
+        options: dict[str, Any] = dict(zip(NUMBERS[: len(found)], found, strict=True))
+    except ValueError:
+        raise ValueError(f"displace: expected {FORMS}, got {text!r}") from None
+    return options | ({"displacement": kind} if kind else {})
+
+
+def _function(path: Path) -> str:
+    from lodbench.datasets_gen.read import FileError, file_bytes
+
+    try:
+        return file_bytes(path).decode()
+    except UnicodeDecodeError:
+        raise FileError(f"{path}: expected OpenCL C in UTF-8, got other bytes") from None
