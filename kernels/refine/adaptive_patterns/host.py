@@ -24,7 +24,7 @@ from lodbench.kernels.refine.adaptive_patterns.sharing import (
 from lodbench.kernels.refine.adaptive_patterns.tags import measures
 from lodbench.kernels.refine.launching import VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.surface import TOLERANCE
-from lodbench.kernels.subject import POINT, WORD, Step
+from lodbench.kernels.subject import POINT, Step
 from lodbench.kernels.system import Check, DeviceSurface, Frame, Stored
 
 FIRST_DEPTH = 3  # room for so much of every triangle, to begin with
@@ -87,7 +87,8 @@ class AdaptivePatterns(Choosing):
         self._writing = written.launch(
             "adaptive_patterns_vertex", -(-vertices // chunk), stage="vertex", local=local,
             pool=self._weights, totals=self._totals,
-            surface=coarse.values, table=coarse.table, positions=self._positions,
+            surface=coarse.values, table=coarse.table, attributes=coarse.attributes,
+            positions=self._positions,
             normals=self._normals, counts=self._counts,
             displacement=coarse.displacement.value(0.0), pool_stride=self._weights.shape[1],
             vertex_room=vertices, face_room=faces, **place,
@@ -121,8 +122,8 @@ class AdaptivePatterns(Choosing):
 
     @property
     def coarse_bytes(self) -> int:
-        """What the surface's kernels read of all triangles."""
-        return WORD * self._coarse.values.shape[1] * self._coarse.count
+        """What the kernels read of all triangles."""
+        return self._coarse.triangle_bytes * self._coarse.count
 
     @property
     def vertex_flops(self) -> int:
@@ -172,6 +173,7 @@ class AdaptivePatterns(Choosing):
         vertices, faces = self.live()
         numbers, offsets = self.chosen()
         points = self.device.read(self._positions, vertices).reshape(-1, 3)
+        self._coarse.displacement.check_heights(points)
         normals = self.device.read(self._normals, vertices).reshape(-1, 3)
         if self._params.indices:
             triangles = self.device.read(self._triangles, faces).reshape(-1, 3)
@@ -229,7 +231,7 @@ class AdaptivePatterns(Choosing):
                 worst = float(np.max([worst, error]))  # NaN is the worst of all
         what = (
             "largest error of points (over the largest coordinate) and of unit normals, or wrong patterns, "
-            f"{len(chosen)} of {coarse.count} coarse triangles"
+            f"{len(chosen)} of {coarse.count} coarse triangles{coarse.displacement.remark}"
         )
         return Check(worst <= TOLERANCE, what, worst, TOLERANCE)
 

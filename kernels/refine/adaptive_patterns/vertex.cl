@@ -9,13 +9,15 @@
 //           offsets    uint [triangle_count]      where its vertices begin
 //           totals     uint [2]                   vertices and triangles of the frame
 //           surface    float[floats * triangles]  as surface.cl has them
-//           table      uint [512]                 of the displacement
+//           table      uint []                    of the displacement
+//           attributes float[3 * ATTRIBUTES * triangles]  of the displacement, as common/displacement.cl has them
 // Writes    positions  float[3 * vertex_room]     packed; coarse triangle after coarse triangle
 //           normals    float[3 * vertex_room]     packed, unit length
 //           counts     uint [2]                   live vertices and triangles: none where the room does not suffice
 // Needs     common/lattice_walk.cl, common/rows.cl
 // Plain     refine/adaptive_patterns/reference.py
-// Defines   CHUNK (a multiple of eight), DISPLACED (1: common/sine.cl or noise.cl stands in front), STREAMING (common/packed.cl)
+// Defines   CHUNK (a multiple of eight), DISPLACED (1: by what stands in front), ATTRIBUTES
+//           (common/displacement.cl), STREAMING (common/packed.cl)
 
 __kernel void adaptive_patterns_vertex(
     __global const float *restrict pool,
@@ -25,6 +27,7 @@ __kernel void adaptive_patterns_vertex(
     __global const uint *restrict totals,
     __global const float *restrict surface,
     __global const uint *restrict table,
+    __global const float *restrict attributes,
     __global float *restrict positions,
     __global float *restrict normals,
     __global uint *restrict counts,
@@ -40,7 +43,7 @@ __kernel void adaptive_patterns_vertex(
     ulong v = (ulong)get_global_id(0) * CHUNK;
     if (!fits || v >= vertex_count) return;
 
-    const Displacement d = {displacement.x, displacement.y, displacement.z, displacement.w, table};
+    Displacement d = {displacement.x, displacement.y, displacement.z, displacement.w, table};
     const ulong end = v + CHUNK < vertex_count ? v + CHUNK : vertex_count;
     packed_stage stage;
     stage.first = stage.end = 0;
@@ -51,6 +54,7 @@ __kernel void adaptive_patterns_vertex(
         const lattice_pattern lattice = {pool + record.x, pool_stride, record.w};
         lattice_surface s;
         lattice_surface_of(&s, surface, t);
+        displacement_enter(&d, attributes, t);
         lattice_walk(lattice, &s, d, k, v, count, &stage, positions, normals);
         v += count;
     }

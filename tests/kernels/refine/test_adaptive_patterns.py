@@ -14,6 +14,7 @@ from lodbench.kernels.refine import pn_triangles
 from lodbench.kernels.refine.adaptive_patterns import AdaptivePatterns, Params
 from lodbench.kernels.refine.adaptive_patterns.pool import INSIDE, Pattern, pool, snapped
 from lodbench.kernels.refine.adaptive_patterns.reference import edge_depths
+from lodbench.kernels.stages import scan
 from lodbench.kernels.stages.camera import orbit
 from lodbench.kernels.system import Frame, run
 from tests.kernels.refine.test_pattern import shaken, tetrahedron
@@ -207,6 +208,22 @@ def test_equal_tags_give_the_uniform_pattern_to_the_bit(device, depth, surface):
         assert one.triangle_count == other.triangle_count
 
 
+def test_a_users_function_raises_adaptive_triangles_without_cracks(device):
+    ball = shaken(icosphere(1))
+    mesh = TriangleMesh(ball.positions, ball.triangles, uvs=ball.positions[:, :2])
+    text = """float displace(float3 position, float3 normal, float2 uv, float time) {
+        return 0.02f * sin(9.0f * position.x) * uv.y + 0.01f * time;
+    }"""
+    depths = np.random.default_rng(5).random(mesh.vertex_count) * 4
+    for morph in (False, True):
+        made = draw(
+            device, mesh, 16, depths, displacement="function", function=text, geomorphing=morph
+        )
+        assert made.check().passed, made.check()
+        points = made.result()[0].positions + np.float32(0)
+        assert len(np.unique(points, axis=0)) == made.welded().vertex_count
+
+
 @quick
 @given(seed=st.integers(0, 2**32 - 1), vertex=st.integers(0, 41))
 def test_raising_a_tag_never_takes_triangles_away(device, seed, vertex):
@@ -291,6 +308,17 @@ def test_a_frame_that_needs_more_room_gets_it(device):
     assert prepared.check().passed
     run(device, prepared, Frame(orbit((0, 0, 0), 500.0)))
     assert prepared.counters()["triangles"] == few
+
+
+def test_chunks_of_triangles_are_joined_to_the_bit(device, monkeypatch):
+    mesh = shaken(icosphere(2))
+    depths = np.random.default_rng(2).random(mesh.vertex_count) * 4
+    whole = draw(device, mesh, 16, depths).result()[0]
+    monkeypatch.setattr(scan, "CHUNK_ROWS", 16)
+    parts = draw(device, mesh, 16, depths)
+    assert parts.check().passed
+    assert np.array_equal(parts.result()[0].positions, whole.positions)
+    assert np.array_equal(parts.result()[0].triangles, whole.triangles)
 
 
 def test_without_room_a_frame_writes_nothing(device):
