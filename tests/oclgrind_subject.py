@@ -23,6 +23,7 @@ from lodbench.harness.plan.registry import systems
 from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.opencl.launch import Launch
 from lodbench.kernels.opencl.timeline import Timeline
+from lodbench.kernels.refine.function_text import SIGNATURE
 from lodbench.kernels.stages import scan
 from lodbench.kernels.stages.camera import fit_box
 from lodbench.kernels.stages.compact import Compact
@@ -143,6 +144,7 @@ def run_system(device, name):
                 drawn = True
     if name == "adaptive_patterns":
         failed += run_in_chunks(device, system)
+    failed += run_mapped(device, system)
     simplify = getattr(sys.modules[system.prepare.__module__.rpartition(".")[0]], "simplify", None)
     if (
         simplify is not None
@@ -153,6 +155,27 @@ def run_system(device, name):
         if hasattr(next(iter(system.cases.values())), "remove_duplicates"):
             simplify(device, icosphere(0), target_count=16, remove_duplicates=True)
     return failed, skipped
+
+
+def run_mapped(device, system):
+    """What raises a surface over texture coordinates: of a system's cases none has a picture, or a mesh for it."""
+    params, failed = smaller(next(iter(system.cases.values()))), []
+    if not hasattr(params, "height_map"):
+        return failed
+    ball = icosphere(0)
+    mesh = TriangleMesh(ball.positions, ball.triangles, uvs=ball.positions[:, :2] * 3)
+    wave = f"{SIGNATURE} {{ return 0.1f * cos(uv.x + position.y); }}"
+    picture = {"displacement": "height_map", "height_map": np.eye(3, 5), "amplitude": 0.1}
+    for own in (
+        {"displacement": "function", "function": wave},
+        picture,
+        picture | {"map_filter": "nearest"},
+    ):
+        prepared = system.prepare(device, mesh, dataclasses.replace(params, **own))
+        run(device, prepared)
+        if not prepared.check().passed:
+            failed.append(f"{own}")
+    return failed
 
 
 def run_stages(device):

@@ -37,6 +37,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "kernels/common/probe.cl": "harness/doctor/test_examine.py",
     "kernels/common/displacement.cl": "kernels/refine/test_displacement.py",
     "kernels/common/function.cl": "kernels/refine/test_function.py",
+    "kernels/common/height_map.cl": "kernels/refine/test_height_map.py",
     "kernels/common/noise.cl": "kernels/refine/test_displacement.py",
     "kernels/common/sine.cl": "kernels/refine/test_pattern.py",
     "kernels/common/lattice_walk.cl": "kernels/refine/test_pattern.py",

@@ -121,7 +121,7 @@ TABLE = Table(
         "refine: points and normals alone, which the driver keeps by transform feedback. simplify: quadric clustering "
         "without drawing, the driver in the three passes that were published.",
         RINGS,
-        "Patches are issued in calls of a few thousand triangles each: of larger calls llvmpipe gives single patches "
-        "the corners of their neighbours, and slows down without bounds.",
+        "Patches are drawn in calls of at most 32,768 tessellated vertices: past 65,536 llvmpipe numbers them anew, so "
+        "that patches are missing and others come twice, in many times the time.",
     ),
 )

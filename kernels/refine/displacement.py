@@ -25,7 +25,6 @@ class Height(Protocol):
         a: amplitude, model units; 0 for none.
         slope: the most that the height rises per model unit, about.
         bend: how many times as fast its slope changes, 1 / model units.
-        continuous: it has no jumps, only kinks.
     """
 
     @property
@@ -34,13 +33,11 @@ class Height(Protocol):
     def slope(self) -> float: ...
     @property
     def bend(self) -> float: ...
-    @property
-    def continuous(self) -> bool: ...
 
     def __call__(
         self, points: Doubles, normals: Doubles, wuv: Doubles
     ) -> tuple[Doubles, Doubles, Doubles]:
-        """Heights (m, n), their gradients (m, n, 3), and 1 where those are certain, 0 at a kink or jump.
+        """Heights (m, n), NaN at a jump, their gradients (m, n, 3), and 1 where those are certain, 0 at a kink.
 
         Args:
             points: on the surface, (m, n, 3).
@@ -60,7 +57,6 @@ class Wave:
     a: float = 0.0
     f: float = 0.0
     phase: float = 0.0
-    continuous = True
 
     @property
     def slope(self) -> float:
@@ -139,7 +135,6 @@ class Noise:
     shift: float  # cells along z
     octaves: int
     turbulent: bool
-    continuous = True
 
     @property
     def slope(self) -> float:

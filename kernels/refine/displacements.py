@@ -9,12 +9,14 @@ from lodbench.kernels.refine.displacement import (
     SineDisplacement,
 )
 from lodbench.kernels.refine.function import FunctionDisplacement
+from lodbench.kernels.refine.height_map import MapDisplacement
 from lodbench.kernels.refine.params import RefineParams
 
 KINDS: dict[str, type[Displacement]] = {
     "sine": SineDisplacement,
     "perlin": NoiseDisplacement,
     "turbulence": NoiseDisplacement,
+    "height_map": MapDisplacement,
     "function": FunctionDisplacement,
 }
 

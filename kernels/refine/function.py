@@ -75,8 +75,6 @@ class FunctionHeight:
     `a`, `slope` and `bend` are those that it had where it was asked last. See `Height`.
     """
 
-    continuous = False
-
     def __init__(
         self,
         displacement: FunctionDisplacement,
@@ -108,11 +106,12 @@ class FunctionHeight:
                 uv_step = np.zeros(ATTRIBUTES)
                 uv_step[:2] = uv_nudge * sign, uv_nudge * (sign if axis else -sign)
                 other = self._asked(points + nudge * step, normals + NUDGE * step, at + uv_step)
-                moved = np.fmax(moved, np.abs(other[0] - height))
+                with np.errstate(invalid="ignore"):  # infinity less infinity
+                    moved = np.fmax(moved, np.abs(other[0] - height))
                 turned = np.fmax(turned, np.linalg.norm(other[1] - gradient, axis=-1))
         steep = np.linalg.norm(gradient, axis=-1)
-        certain = np.isfinite(height) & (moved <= STEEPEST * nudge)
-        certain &= turned <= ROUGHEST * (1 + steep)
+        height = np.where(moved <= STEEPEST * nudge, height, np.nan)
+        certain = np.isfinite(height) & (turned <= ROUGHEST * (1 + steep))
         if certain.any():
             self.a = max(float(np.abs(height[certain]).max()), self.a)
             rises = max(float(steep[certain].max()), float(moved[certain].max()) / nudge)

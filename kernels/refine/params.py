@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
+
+import numpy as np
 
 from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.refine.function_text import check_function
@@ -17,7 +20,7 @@ class RefineParams(Parameters):
     Attributes:
         segments: parts that each coarse edge is cut into, 1 to 4096.
         displacement: what raises the surface along its normals: "sine", a sin(f |P|); "perlin", octaves of noise;
-            "turbulence", their absolute values; or "function", one of your own.
+            "turbulence", their absolute values; "height_map", a picture; or "function", one of your own.
         amplitude: its height, as a fraction of the bounding-box diagonal; 0 for none, and of a function, which says
             how high it rises itself.
         waves: of the sine, or cells of the coarsest noise, per bounding-box diagonal; one passes per second of
@@ -26,21 +29,32 @@ class RefineParams(Parameters):
         function: OpenCL C that has float displace(float3 position, float3 normal, float2 uv, float time), the height
             in model units over a point of the surface; uv is (0, 0) on a mesh without texture coordinates, time is
             that of `Frame`, s.
+        height_map: a picture over the mesh's texture coordinates, repeated beyond 0 to 1: PNG of 8 or 16 bits or .npy,
+            its first row at v = 1; in the API also the array itself, (h, w) of 0 to 1, uint8 or uint16.
+        map_filter: of the height map: "bilinear" between the middles of its pixels, or the "nearest" pixel.
+        map_bias: value of the height map that stays where it is, 0 to 1.
     """
 
     segments: Segments = 16
-    displacement: Literal["sine", "perlin", "turbulence", "function"] = "sine"
+    displacement: Literal["sine", "perlin", "turbulence", "height_map", "function"] = "sine"
     amplitude: Amplitude = 0.0
     waves: Waves = 8.0
     octaves: Annotated[int, Range(1, 12)] = 4
     function: str = ""
+    height_map: str | os.PathLike[Any] | np.ndarray = ""
+    map_filter: Literal["bilinear", "nearest"] = "bilinear"
+    map_bias: Annotated[float, Range(0, 1)] = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.function and self.displacement != "function":
-            raise ValueError(
-                f"displacement: expected 'function' where there is one, got {self.displacement!r}"
-            )
+        has_map = not isinstance(self.height_map, str) or bool(self.height_map)
+        for kind, given in (("function", bool(self.function)), ("height_map", has_map)):
+            if given and self.displacement != kind:
+                raise ValueError(
+                    f"displacement: expected {kind!r} where there is one, got {self.displacement!r}"
+                )
+        if self.displacement == "height_map" and not has_map:
+            raise ValueError("height_map: expected a picture's path or an array, got none")
         if self.displacement == "function":
             check_function(self.function)
             if self.amplitude:

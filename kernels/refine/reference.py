@@ -38,8 +38,6 @@ def refined(
     normals, length = unit(directions)
     if height.a:
         raised, gradient, certain = height(points, normals, wuv)
-        if not height.continuous:
-            raised = np.where(certain, raised, np.nan)
         points = points + raised[..., None] * normals
         tangential = gradient - (gradient * normals).sum(-1, keepdims=True) * normals
         normals, bent = unit(normals - tangential)

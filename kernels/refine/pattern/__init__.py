@@ -1,9 +1,9 @@
 """Generic mesh refinement: one stored pattern of barycentric vertices, evaluated over every coarse triangle.
 
 What stays in memory is the pattern and the coarse triangles' attributes, whatever the depth of refinement.
-Flat interpolation, or a displacement along the normal by a sine, noise or a function of one's own, whose normal is
-corrected by the chain rule (reconstruction: the paper does not say how). Level of detail: nested patterns, one chosen
-per object by distance.
+Flat interpolation, or a displacement along the normal by a sine, noise, a height map or a function of one's own,
+whose normal is corrected by the chain rule (reconstruction: the paper does not say how). Level of detail: nested
+patterns, one chosen per object by distance.
 
 Source: Boubekeur & Schlick, Generic Mesh Refinement on GPU, Graphics Hardware 2005, sections 3.2, 3.3, 4 and 5.
 """
