@@ -15,7 +15,7 @@ from lodbench.datasets_gen import names
 COLOURS = ("smooth", "flat", "wireframe", "triangle", "vertex")
 PATHS = ("turntable", "orbit", "fly_through")
 DISPLACEMENTS = ("sine", "perlin", "turbulence")
-RAISING = (".cl",)
+RAISING = (".cl", ".png", ".npy")
 MODES = ("coarse_to_fine", "cmcf", "ray")
 MESHES = (*names.FOLDERS["meshes"], ".npz")
 
@@ -63,7 +63,10 @@ def refine_methods() -> list[str]:
 def displacements() -> tuple[str, ...]:
     """Kinds that `refine --displace` takes, each with its sign, and files of the folder one is in."""
     here = (path.name for path in Path().iterdir() if path.suffix.lower() in RAISING)
-    return (*(f"{kind}:" for kind in DISPLACEMENTS), *sorted(here))
+    return (
+        *(f"{kind}:" for kind in DISPLACEMENTS),
+        *sorted(name if name.endswith(".cl") else f"{name}:" for name in here),
+    )
 
 
 def datasets() -> list[str]:

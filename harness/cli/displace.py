@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-FORMS = "[KIND:]HEIGHT[,WAVES] or FUNCTION.cl"
-NUMBERS = ("amplitude", "waves")
+FORMS = "[KIND:]HEIGHT[,WAVES], PICTURE:HEIGHT[,BIAS] or FUNCTION.cl"
 FUNCTION = ".cl"
+PICTURES = (".png", ".npy")
 
 
 def displacement(text: str) -> dict[str, Any]:
-    """`0.02`, `0.02,8`, `perlin:0.02,8` or `bumps.cl` as options of the API.
+    """`0.02`, `0.02,8`, `perlin:0.02,8`, `bumps.png:0.02` or `bumps.cl` as options of the API.
 
     Raises:
         ValueError: another form; FileError where a file cannot be read.
@@ -19,11 +19,15 @@ def displacement(text: str) -> dict[str, Any]:
     if Path(text).suffix.lower() == FUNCTION:
         return {"displacement": "function", "function": _function(Path(text))}
     kind, _, numbers = text.rpartition(":")
+    mapped = Path(kind).suffix.lower() in PICTURES
+    names = ("amplitude", "map_bias" if mapped else "waves")
     try:
         found = [float(word) for word in numbers.split(",")]
-        options: dict[str, Any] = dict(zip(NUMBERS[: len(found)], found, strict=True))
+        options: dict[str, Any] = dict(zip(names[: len(found)], found, strict=True))
     except ValueError:
         raise ValueError(f"displace: expected {FORMS}, got {text!r}") from None
+    if mapped:
+        return options | {"displacement": "height_map", "height_map": kind}
     return options | ({"displacement": kind} if kind else {})
 
 

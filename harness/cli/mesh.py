@@ -146,8 +146,9 @@ def refine(
         typer.Option(
             "--displace",
             autocompletion=complete.displacements,
-            help="[KIND:]HEIGHT[,WAVES] in and per bounding-box diagonal; sine, perlin, turbulence. Or "
-            "FUNCTION.cl with float displace(float3 position, float3 normal, float2 uv, float time), in model units.",
+            help="[KIND:]HEIGHT[,WAVES] in and per bounding-box diagonal; sine, perlin, turbulence. "
+            "Or PICTURE:HEIGHT[,BIAS] over texture coordinates, of PNG or NPY. Or FUNCTION.cl with float "
+            "displace(float3 position, float3 normal, float2 uv, float time), in model units.",
         ),
     ] = None,
     weld: Annotated[bool, typer.Option(help="Share the points on edges between triangles.")] = True,

@@ -120,7 +120,10 @@ def test_geometry_image_cannot_be_refined(device):
     ("call", "text"),
     [
         (lambda: simplify(BALL, cells=3, method="pattern"), "method: expected one of .*'pattern'"),
-        (lambda: refine(BALL, method="vertex_average"), "method: expected one of adaptive_patterns, pattern, "),
+        (
+            lambda: refine(BALL, method="vertex_average"),
+            "method: expected one of adaptive_patterns, pattern, ",
+        ),
         (lambda: simplify(BALL, 0.5), "points: expected .n, 3. float32, got shape"),
         (
             lambda: simplify(BALL.positions, BALL.triangles + 1, 0.5),

@@ -42,7 +42,9 @@ def test_surface_decides_where_no_method_is_named():
 def test_what_no_system_does_is_said_in_one_line():
     with pytest.raises(ValueError, match=r"expected one of .*vertex_average, .*got 'nobody'"):
         verbs.method("simplify", "nobody", icosphere(1))
-    with pytest.raises(ValueError, match=r"expected one of adaptive_patterns, pattern, .*, got 'vertex_average'"):
+    with pytest.raises(
+        ValueError, match=r"expected one of adaptive_patterns, pattern, .*, got 'vertex_average'"
+    ):
         verbs.method("refine", "vertex_average", icosphere(1))
     with pytest.raises(TypeError, match="expected quadtree_lod for a GeometryImage, got vertex_av"):
         verbs.method("simplify", "vertex_average", image())

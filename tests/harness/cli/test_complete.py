@@ -81,14 +81,17 @@ def test_names_are_those_of_the_registry_and_the_tables():
     assert set(complete.modes()) == set(MODES)
     assert complete.paths() == get_args(get_type_hints(CameraPath)["kind"])
     kinds = get_type_hints(RefineParams)["displacement"]
-    assert set(get_args(kinds)) - set(complete.DISPLACEMENTS) == {"function"}  # by its file
+    assert set(get_args(kinds)) - set(complete.DISPLACEMENTS) == {
+        "height_map",
+        "function",
+    }  # by their files
 
 
 def test_displacements_are_kinds_and_files(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    for name in ("bumps.cl", "ball.ply"):
+    for name in ("bumps.cl", "bumps.png", "ball.ply"):
         (tmp_path / name).touch()
-    assert complete.displacements() == ("sine:", "perlin:", "turbulence:", "bumps.cl")
+    assert complete.displacements() == ("sine:", "perlin:", "turbulence:", "bumps.cl", "bumps.png:")
 
 
 def test_dataset_names_are_those_of_the_catalogue(monkeypatch, tmp_path):
