@@ -156,10 +156,12 @@ def _entry(name: str, files: dict[str, Dataset]) -> Dataset | None:
         return found
     if match := re.fullmatch(r"(\w+?)_to_([1-9]\d{0,5})(k?)(_standin)?", name):
         base = _entry(match[1] + (match[4] or ""), files)
+        if base is None or base.kind != "triangles":
+            return None
         count = int(match[2]) * (1000 if match[3] else 1)
-        note, make = "by fast-simplification", lambda: coarse_version(_mesh(base), count)
-        known = base and base.kind == "triangles"
-        return replace(base, name=name, triangles=None, note=note, make=make) if known else None
+        note, fine = "by fast-simplification", base
+        make = lambda: coarse_version(_mesh(fine), count)  # noqa: E731
+        return replace(base, name=name, triangles=None, note=note, make=make)
     base = _entry(name.removesuffix("_sorted"), files) if name.endswith("_sorted") else None
     if base is None or base.kind != "triangles":
         return None

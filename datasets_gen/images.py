@@ -9,6 +9,7 @@ import tokenize
 import zipfile
 import zlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -58,6 +59,6 @@ def write_geometry_image(path: str | os.PathLike[str], image: GeometryImage) -> 
 def geometry_image_bytes(image: GeometryImage) -> bytes:
     """The .npz file of an image."""
     packed = io.BytesIO()
-    origin = {} if image.origin is None else {"origin": image.origin}
+    origin: dict[str, Any] = {} if image.origin is None else {"origin": image.origin}
     np.savez_compressed(packed, positions=image.positions, normals=image.normals, **origin)
     return packed.getvalue()

@@ -73,7 +73,7 @@ def taken(points: Any, faces: Any = None) -> tuple[TriangleMesh, type[np.floatin
 
 def _vertex_colours(mesh: Any) -> NDArray[np.floating] | None:
     """Those of a trimesh.Trimesh that has some, 0..1, (n, 3); colours of faces and textures are not taken."""
-    visual = getattr(mesh, "visual", None)
+    visual: Any = getattr(mesh, "visual", None)
     if getattr(visual, "kind", None) != "vertex":
         return None
     return np.asarray(visual.vertex_colors)[:, :3] / 255

@@ -112,7 +112,7 @@ def check(name: str, value: Any, kind: Any) -> Any:
     elif kind is int and isinstance(value, Integral) and not isinstance(value, bool):
         return int(value)
     elif kind is float and isinstance(value, Real) and not isinstance(value, bool):
-        if not abs(value) <= LARGEST:
+        if not abs(value) <= LARGEST:  # pyright: ignore[reportOperatorIssue]
             raise ValueError(f"{name}: expected a finite number, got {shown(value)}")
         return int(value) if isinstance(value, Integral) else float(value)
     elif kind is bool and isinstance(value, bool):

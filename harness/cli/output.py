@@ -29,7 +29,7 @@ def say_in_any_encoding() -> None:
     """Have standard output and error spell what their character set lacks: `us` for `µs`, `?` for the rest."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="lodbench")
+            stream.reconfigure(errors="lodbench")  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def say(text: str = "", err: bool = False) -> None:

@@ -130,7 +130,7 @@ def render(
     if not turning:
         target.write(png_bytes(draw(mesh, **look)))
     else:
-        images = draw_turning(mesh, frames=frames or 36, path=path, **look)
+        images = draw_turning(mesh, frames=frames or 36, path=path, **look)  # pyright: ignore[reportArgumentType]
         if folder:
             _write_all(out, images)
         else:

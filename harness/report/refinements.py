@@ -174,6 +174,7 @@ def _depths(record: RunRecord, size: tuple[int, int], device: Device) -> Iterato
         surface = system.verbs["refine"](
             device, tagged, weld=False, segments=SEGMENTS, by=by, view=view, **TAGS[by]
         ).mesh
+        assert surface.uvs is not None
         caption = (
             f"{group.dataset}, depth tags by {by}, up to {_segments(SEGMENTS)}: "
             f"{surface.triangle_count:,} triangles; the brighter the deeper"

@@ -114,9 +114,9 @@ def own(entry: Entry) -> Mapping[str, Any]:
         between, level = at_equal_error(entry.group, error)
         more["share_at_error"] = triangles / between if between else None
         more["share_of_level"] = triangles / level if level else None
-    choosing = [row.get(f"{stage}_s") for stage in ("tags", "selection")]
-    if row.get("frame_s") and None not in choosing:
-        more["choosing_share"] = sum(choosing) / row["frame_s"]
+    tags_s, selection_s = row.get("tags_s"), row.get("selection_s")
+    if row.get("frame_s") and tags_s is not None and selection_s is not None:
+        more["choosing_share"] = (tags_s + selection_s) / row["frame_s"]
     return more
 
 

@@ -71,7 +71,7 @@ def _abandoned(mark: Path) -> bool:
     """Is the owner of this mark gone? The mark is then taken away."""
     try:
         with open(mark, "rb") as file:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # pyright: ignore[reportOptionalMemberAccess]
             if not os.fstat(file.fileno()).st_nlink:
                 return False  # its owner was done between our look and our lock
             mark.unlink()

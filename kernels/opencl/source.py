@@ -43,10 +43,9 @@ class Text:
         found = next((match.groupdict() for form in _ERRORS if (match := form.search(log))), None)
         if found is None:
             missing = _UNDEFINED.search(log)
-            built = missing is None or missing[1] not in self.text
-            return (
-                "" if built else f"{self.argument}: expected a definition of {missing[1]}, got none"
-            )
+            if missing is None or missing[1] not in self.text:
+                return ""
+            return f"{self.argument}: expected a definition of {missing[1]}, got none"
         file, message = found["file"], found["message"]
         if file == f"{self.argument}'s call" and int(found["line"]) > 1:
             return f"{self.argument}: expected {self.declares}, got another: {message}"

@@ -35,7 +35,7 @@ class Height(Protocol):
     def bend(self) -> float: ...
 
     def __call__(
-        self, points: Doubles, normals: Doubles, wuv: Doubles
+        self, points: Doubles, normals: Doubles, wuv: Doubles, /
     ) -> tuple[Doubles, Doubles, Doubles]:
         """Heights (m, n), NaN at a jump, their gradients (m, n, 3), and 1 where those are certain, 0 at a kink.
 
@@ -80,12 +80,12 @@ class Wave:
 def permutation() -> NDArray[np.uint32]:
     """0 to 255 in a scattered order, twice, (512,): made here, not the historical table."""
     order = np.random.RandomState(SEED).permutation(PERIOD).astype(np.uint32)
-    return np.concatenate([order, order])
+    return np.concatenate([order, order], dtype=np.uint32)
 
 
 def _gradients(h: NDArray[np.uint32]) -> Doubles:
     """The direction that the low four bits of a hash choose, (..., 3)."""
-    h = h & 15
+    h = h & np.uint32(15)
     one, two = np.where(h & 1, -1.0, 1.0), np.where(h & 2, -1.0, 1.0)
     again = (h == 12) | (h == 14)
     x = np.where(h < 8, one, 0) + np.where(again, two, 0)

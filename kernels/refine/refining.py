@@ -35,7 +35,8 @@ def refiner(make: Callable[..., Refined], kind: type[RefineParams]) -> Callable[
         coarse triangle has its own.
         """
         params = kind.named(segments=segments, **options)
-        check("weld", weld, bool), check("time", time, float)
+        check("weld", weld, bool)
+        check("time", time, float)
         check_room(device, mesh, params.segments, weld)
         prepared = make(device, mesh, params)
         frame = run(device, prepared, Frame(time=time))

@@ -181,7 +181,9 @@ def distance_to_show(
     """
     direction = np.asarray(direction, np.float64)
     basis = _basis(direction / np.linalg.norm(direction), np.asarray(up, np.float64))
-    across, upright, toward = basis @ (np.asarray(points, np.float64) - target).T
+    across, upright, toward = (
+        basis @ (np.asarray(points, np.float64) - np.asarray(target, np.float64)).T
+    )
     width, height = _size(size)
     slope_y = float(np.tan(np.radians(fov_y) / 2)) / margin
     needed = toward + np.maximum(np.abs(across) * height / width, np.abs(upright)) / slope_y

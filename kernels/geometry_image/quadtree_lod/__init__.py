@@ -69,7 +69,7 @@ def simplify(
     if isinstance(mesh, TriangleMesh):
         options.setdefault("n", level_for(mesh.triangle_count))
     params = Params.named(target_reduction=target_reduction, target_count=target_count, **options)
-    if isinstance(mesh, TriangleMesh) and target == mesh.triangle_count:
+    if isinstance(mesh, TriangleMesh) and target is not None and target == mesh.triangle_count:
         own = np.arange(mesh.vertex_count, dtype=np.uint32)
         counters = {"vertices": mesh.vertex_count, "triangles": target, **missed(target, target)}
         return Result(mesh, own, (mesh,), counters)

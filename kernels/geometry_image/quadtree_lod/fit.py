@@ -33,7 +33,7 @@ def sample_areas(samples: Points) -> NDArray[np.float64]:
         for x in (slice(0, -1), slice(1, None)):
             area[y, x] += cell / 4
     own = canonical((side - 1).bit_length() - 1)
-    return np.bincount(own.ravel(), area.ravel(), side * side)[own]
+    return np.bincount(own.ravel(), area.ravel(), side * side)[own]  # pyright: ignore[reportReturnType]
 
 
 def hat_weights(depth: int, n: int) -> csr_array:

@@ -216,7 +216,7 @@ class QuadtreeLod(DeviceSubject):
     def check(self) -> Check:
         """Errors against float64, and the last frame's triangles against the reference at the same detail."""
         self.live()
-        return verdict(self)
+        return verdict(self)  # pyright: ignore[reportArgumentType]
 
     def more_counters(self) -> Mapping[str, int | float]:
         """Nodes drawn, the leaves among them, the image's size and the threshold, in diagonals."""

@@ -44,7 +44,9 @@ def refine(
         Unsupported: the device cannot hold the result.
     """
     params = Params.named(segments=segments, **options)
-    check("weld", weld, bool), check("time", time, float), check("view", view, View | None)
+    check("weld", weld, bool)
+    check("time", time, float)
+    check("view", view, View | None)
     if isinstance(depths, str):
         depths = _read(depths)
     prepared = AdaptivePatterns(device, mesh, params, depths)
