@@ -18,6 +18,7 @@ from lodbench.harness.plan.table import (
     Table,
     brief,
     frame_ratio_columns,
+    ratio_columns,
     stage_columns,
 )
 from lodbench.harness.record.record import GroupRecord
@@ -28,10 +29,10 @@ UNIFORM, ADAPTIVE = "pn_triangles", "adaptive_patterns"
 SEGMENTS = (2, 4, 8, 16, 32)
 TOLERANCES = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5)
 PATH_SEGMENTS = 32
-BASELINE = f"{UNIFORM}_{PATH_SEGMENTS}"
+BASELINE = "uniform"
 DRAW = Draw((1280, 1024), apart=True)
 FRAMES = 60
-ERROR, PATH = "error", "path"
+ERROR, VERTICES, PATH = "error", "vertices", "path"
 
 
 def _errors(dataset: str, quick: bool) -> Group:
@@ -49,6 +50,19 @@ def _errors(dataset: str, quick: bool) -> Group:
         dataset, tuple(subjects), {"work": ERROR}, weight=8.0, standin_ok=dataset != "sphere_1000",
         reference="reference", nearest=True,
     )  # fmt: skip
+
+
+def _vertices(segments: int) -> Group:
+    """The same vertices by one pattern and out of the pool, and fewer: what does adapting cost for each?"""
+    size = {"segments": segments}
+    bare = {**size, "indices": False}
+    subjects = (
+        Subject(UNIFORM, size, BASELINE),
+        Subject(ADAPTIVE, {**bare, "by": "distance"}, "all_finest"),
+        Subject(ADAPTIVE, {**size, "by": "distance"}, "all_finest_listed"),
+        Subject(ADAPTIVE, {**bare, "tolerance": 0.1 / segments**2}, "curvature"),
+    )
+    return Group(COARSE[0], subjects, {"work": VERTICES}, weight=2.0, standin_ok=True)
 
 
 def _path(dataset: str, quick: bool) -> Group:
@@ -70,9 +84,14 @@ def _path(dataset: str, quick: bool) -> Group:
 
 
 def groups(quick: bool) -> list[Group]:
-    """Errors of four coarse meshes, and one along an orbit; `quick` has the first, and fewer views."""
+    """Errors of four coarse meshes, time for each vertex, and an orbit; `quick` has the first mesh, and fewer views."""
     datasets = COARSE[:1] if quick else COARSE
-    return [*(_errors(dataset, quick) for dataset in datasets), _path(COARSE[0], quick)]
+    sizes = (16, 32, 64)[: 1 if quick else 3]
+    return [
+        *(_errors(dataset, quick) for dataset in datasets),
+        *(_vertices(segments) for segments in sizes),
+        _path(COARSE[0], quick),
+    ]
 
 
 def _uniform(group: GroupRecord) -> list[tuple[float, int]]:
@@ -110,6 +129,7 @@ def own(entry: Entry) -> Mapping[str, Any]:
     if vertices := subject.counters.get("vertices"):
         more["vertices"] = vertices
         more["vertices_per_s"] = vertices / row["wall_s"] if row["wall_s"] else None
+        more["s_per_vertex"] = row["wall_s"] / vertices if row["wall_s"] else None
     if error and triangles and subject.system == ADAPTIVE:
         between, level = at_equal_error(entry.group, error)
         more["share_at_error"] = triangles / between if between else None
@@ -143,6 +163,8 @@ TABLE = Table(
         Column("choosing_share", "tags and selection, share of the frame", "1"),
         *FRAME_COLUMNS,
         *PATH_COLUMNS,
+        Column("s_per_vertex", "time per vertex", "s"),
+        *ratio_columns([BASELINE], shown=()),
         *frame_ratio_columns([BASELINE]),
         *STATUS_COLUMNS,
     ),
@@ -157,6 +179,8 @@ TABLE = Table(
         "A coarse version by quadric errors has small triangles where the surface bends: that leaves curvature less to "
         "gain than on meshes of even triangles. Tags are by the height of the arc over an edge, not by the angle "
         "between its normals alone, which is largest where edges are short.",
+        "vertices: all_finest has the very vertices of uniform, out of the pool, its triangles listed or not; "
+        "curvature has fewer, of many patterns. A list of triangles is as many bytes as the vertices.",
         "path: an orbit that draws back to 16 times the distance and returns; see gmr05_path. The largest move between "
         "views is how far any point of the surface goes from one view to the next, at the same parameters. Where an "
         "edge is coarser than its triangle, a level of that edge comes and goes with a change of triangles beside it, "
