@@ -32,7 +32,8 @@ PATH_SEGMENTS = 32
 BASELINE = "uniform"
 DRAW = Draw((1280, 1024), apart=True)
 FRAMES = 60
-ERROR, VERTICES, PATH = "error", "vertices", "path"
+ERROR, VERTICES, SHADERS, PATH = "error", "vertices", "draw", "path"
+SHADER = "gl_adaptive_tessellation"
 
 
 def _errors(dataset: str, quick: bool) -> Group:
@@ -65,6 +66,18 @@ def _vertices(segments: int) -> Group:
     return Group(COARSE[0], subjects, {"work": VERTICES}, weight=2.0, standin_ok=True)
 
 
+def _shaders(segments: int) -> Group:
+    """Whole frames of what the screen asks for, by our stages and by a driver's tessellator."""
+    size = {"segments": segments, "pixels": 4.0}
+    width, height = DRAW.size
+    subjects = (
+        Subject(ADAPTIVE, {**size, "by": "screen"}, "screen", draw=Draw(DRAW.size)),
+        Subject(SHADER, {**size, "width": width, "height": height}),
+    )
+    facts = {"work": SHADERS, "segments": segments}
+    return Group(COARSE[0], subjects, facts, weight=2.0, standin_ok=True)
+
+
 def _path(dataset: str, quick: bool) -> Group:
     size = {"segments": PATH_SEGMENTS}
     levels = {**size, "levels": PATH_SEGMENTS.bit_length()}
@@ -90,6 +103,7 @@ def groups(quick: bool) -> list[Group]:
     return [
         *(_errors(dataset, quick) for dataset in datasets),
         *(_vertices(segments) for segments in sizes),
+        *(_shaders(segments) for segments in sizes),
         _path(COARSE[0], quick),
     ]
 
@@ -146,6 +160,8 @@ TABLE = Table(
     source="Boubekeur & Schlick 2007, GPU Gems 3, chapter 5; Computer Graphics Forum 27(1), 2008: figures not known",
     groups=groups,
     own=own,
+    # a tessellator cuts the same segments into rings, half as many triangles again: that is its way of doing the work
+    any_count=(SHADER,),
     columns=(
         Column("work", "work"),
         Column("dataset", "dataset", brief=True),
@@ -164,7 +180,7 @@ TABLE = Table(
         *FRAME_COLUMNS,
         *PATH_COLUMNS,
         Column("s_per_vertex", "time per vertex", "s"),
-        *ratio_columns([BASELINE], shown=()),
+        *ratio_columns([BASELINE, SHADER], shown=()),
         *frame_ratio_columns([BASELINE]),
         *STATUS_COLUMNS,
     ),
@@ -181,6 +197,8 @@ TABLE = Table(
         "between its normals alone, which is largest where edges are short.",
         "vertices: all_finest has the very vertices of uniform, out of the pool, its triangles listed or not; "
         "curvature has fewer, of many patterns. A list of triangles is as many bytes as the vertices.",
+        "draw: whole frames at 1280 x 1024 of the same camera, edges with the same segments on both sides; the driver "
+        "cuts a triangle into rings.",
         "path: an orbit that draws back to 16 times the distance and returns; see gmr05_path. The largest move between "
         "views is how far any point of the surface goes from one view to the next, at the same parameters. Where an "
         "edge is coarser than its triangle, a level of that edge comes and goes with a change of triangles beside it, "

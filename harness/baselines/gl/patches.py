@@ -73,11 +73,16 @@ class Patches(Refined):
         arrays = [
             (self.buffer(self.mesh.positions), "3f", "position"),
             (self.buffer(np.asarray(self.mesh.normals, np.float32)), "3f", "normal"),
+            *self.more_arrays(),
         ]
         indices = self.buffer(self.mesh.triangles)
         self.gl.patch_vertices = 3
         self._array = self.gl.vertex_array(self.draw_program, arrays, indices)
         self._points = self.gl.vertex_array(self.feedback_program, arrays, indices)
+
+    def more_arrays(self) -> list[tuple[Any, str, str]]:
+        """What else a vertex has, as moderngl takes it."""
+        return []
 
     def draw(self, coarse: int) -> None:
         self._render(self._array, coarse)
@@ -124,12 +129,16 @@ class Patches(Refined):
             )
             # a triangle of which parts are missing is infinitely wrong; NaN is the worst of all
             worst = float(np.max([worst, *(error.max(initial=0) for error in errors)]))
-            worst = worst if len(rows) >= 3 * ring_triangles(self.params.segments) else np.inf
+            worst = worst if len(rows) >= self.least_rows() else np.inf
         what = (
             "largest error of points (over the largest coordinate) and of unit normals at the tessellator's weights, "
             f"{len(chosen)} of {self.coarse} coarse triangles"
         )
         return Check(worst <= TOLERANCE, what, worst, TOLERANCE)
+
+    def least_rows(self) -> int:
+        """Of a coarse triangle of which no part is missing."""
+        return 3 * ring_triangles(self.params.segments)
 
     def counters(self) -> Mapping[str, int | float]:
         triangles = self.coarse * ring_triangles(self.params.segments)

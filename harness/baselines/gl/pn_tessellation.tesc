@@ -3,6 +3,9 @@
 // Vlachos et al. 2001, sections 3.1 and 3.3.
 layout(vertices = 3) out;
 uniform float segments;
+uniform float per_segment; // pixels of a unit at distance 1 over those of a segment; 0: as many segments along every edge
+uniform vec3 eye;
+in float corner_span[]; // mean length of the edges around the corner
 in vec3 corner_position[];
 in vec3 corner_normal[];
 flat in int corner_number[];
@@ -36,10 +39,17 @@ vec3 middle(vec3 a, vec3 b, vec3 normal_a, vec3 normal_b)
     return unit(sum - v * d, unit(sum, normal_a));
 }
 
-// segments of the edge from corner i to corner j
+// how deeply a corner asks to be refined
+float tag(int i)
+{
+    float away = max(distance(corner_position[i], eye), 1e-18);
+    return clamp(log2(max(corner_span[i] / away * per_segment, 1e-18)), 0.0, log2(segments));
+}
+
+// segments of the edge from corner i to corner j, the same from both sides
 float edge_level(int i, int j)
 {
-    return segments;
+    return per_segment > 0.0 ? exp2(ceil(0.5 * (tag(i) + tag(j)))) : segments;
 }
 
 void main()

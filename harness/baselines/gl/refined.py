@@ -129,13 +129,18 @@ class Refined(ABC):
         """Draw the image with the first `coarse` triangles, or keep all points; and wait until it is done."""
         if self.params.output == "points":
             if coarse:
+                assign(self.feedback_program, self.uniforms(view))
                 self._keep_in(self._kept)
         else:
-            assign(self.draw_program, view_uniforms(view, self.shading))
+            assign(self.draw_program, self.uniforms(view))
             self.canvas.begin()
             if coarse:
                 self.draw(coarse)
         self.gl.finish()
+
+    def uniforms(self, view: View) -> dict[str, Any]:
+        """What the shaders are told of a view."""
+        return view_uniforms(view, self.shading)
 
     def _keep_in(self, buffer: Any) -> None:
         self.canvas.target.use()  # no window: without a target even discarded drawing is an error
@@ -151,6 +156,8 @@ class Refined(ABC):
             return b""
         gl = context()
         buffer = self._kept or gl.buffer(reserve=self.feedback_bytes())
+        buffer.clear()  # fewer may come than there is room for
+        assign(self.feedback_program, self.uniforms(self._view))
         self._keep_in(buffer)
         gl.finish()
         return buffer.read()

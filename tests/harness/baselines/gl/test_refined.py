@@ -7,6 +7,8 @@ from lodbench.harness.baselines.gl.driver import driver_name
 from lodbench.harness.baselines.gl.patches import MOST_VERTICES, ring_triangles, ring_vertices
 from lodbench.harness.baselines.gl.refined import Params
 from lodbench.harness.plan.registry import systems
+from lodbench.kernels.refine import adaptive_patterns
+from lodbench.kernels.refine.adaptive_patterns.reference import edge_depths
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.system import Frame, Timeline, Unsupported, run
 
@@ -109,3 +111,27 @@ def test_params_are_checked():
         Params(0)
     with pytest.raises(ValueError, match="output: expected one of image, points, got 'film'"):
         Params(1, "film")
+
+
+@pytest.mark.parametrize("pixels", [2.0, 8.0, 1e6])
+def test_adaptive_tessellation_asks_for_what_the_screen_does(device, pixels):
+    mesh, system = icosphere(2), systems()["gl_adaptive_tessellation"]
+    kind = type(next(iter(system.cases.values())))
+    params = kind(16, width=160, height=128, pixels=pixels)
+    prepared = system.prepare(device, mesh, params)
+    check = prepared.check()
+    assert check.passed, check
+    ours = adaptive_patterns.AdaptivePatterns(
+        device, mesh, adaptive_patterns.Params(16, by="screen", pixels=pixels)
+    )
+    run(device, ours, Frame(mesh_view(mesh, size=(160, 128))))
+    depths, _ = edge_depths(prepared.mesh.triangles, ours.tags(), 4)
+    rows = prepared.kept()
+    for triangle in (0, 17, 200):
+        own = rows[(rows["corners"] == prepared.mesh.triangles[triangle]).all(axis=1)]
+        for edge, depth in enumerate(depths[triangle]):
+            on = own["weights"][own["weights"][:, edge] == 0]
+            assert len(np.unique(on, axis=0)) == (1 << depth) + 1
+    counts = prepared.counters()
+    assert counts["triangles"] == len(rows) // 3 >= mesh.triangle_count
+    assert pixels < 1e6 or counts["triangles"] == mesh.triangle_count
