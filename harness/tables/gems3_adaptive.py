@@ -63,7 +63,8 @@ def _vertices(segments: int) -> Group:
         Subject(ADAPTIVE, {**size, "by": "distance"}, "all_finest_listed"),
         Subject(ADAPTIVE, {**bare, "tolerance": 0.1 / segments**2}, "curvature"),
     )
-    return Group(COARSE[0], subjects, {"work": VERTICES}, weight=2.0, standin_ok=True)
+    facts = {"work": VERTICES, "segments": segments}
+    return Group(COARSE[0], subjects, facts, weight=2.0, standin_ok=True)
 
 
 def _shaders(segments: int) -> Group:
