@@ -191,8 +191,9 @@ def render(
     else:
         view = camera if mesh.origin is None else moved(camera, -mesh.origin)
     shading = shading_of(mesh, colour, wireframe, cull, colour_map, colour_range)
-    drawn = drawn_surfaces(open_device(device), mesh, shading, refine, options)
-    (image,) = pictures(open_device(device), drawn, [view], shading, samples)
+    opened = open_device(device)
+    drawn = drawn_surfaces(opened, mesh, shading, refine, options)
+    (image,) = pictures(opened, drawn, [view], shading, samples)
     return image
 
 

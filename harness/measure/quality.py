@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
 from lodbench.kernels.opencl import Unsupported
 
 POINTS_LIMIT = 1_000_000  # vertices or centroids looked up per mesh: a few seconds
@@ -43,15 +43,18 @@ def _origin(mesh: TriangleMesh) -> NDArray[np.float64]:
     return np.zeros(3) if mesh.origin is None else mesh.origin
 
 
+def _placed(mesh: TriangleMesh, points: Floats, frame: Placed) -> NDArray[np.float64]:
+    """Points that count from the mesh's origin, moved and scaled by `frame`."""
+    origin, low, scale = frame
+    low = low + (origin - _origin(mesh))  # the difference first: it is small where the sum is not
+    return (points.astype(np.float64) - low) / scale
+
+
 class _Located:
     """A mesh in its reference's unit box, with the tree that answers nearest-triangle queries."""
 
     def __init__(self, mesh: TriangleMesh, frame: Placed) -> None:
-        origin, low, scale = frame
-        low = low + (
-            origin - _origin(mesh)
-        )  # the difference first: it is small where the sum is not
-        self.positions = (mesh.positions.astype(np.float64) - low) / scale
+        self.positions = _placed(mesh, mesh.positions, frame)
         self.triangles = mesh.triangles.astype(np.int64)
         corners = [self.positions[self.triangles[:, k]] for k in range(3)]
         self.normals = np.cross(corners[1] - corners[0], corners[2] - corners[0])
@@ -110,13 +113,12 @@ def distance_from(
     """
     if not result.triangle_count:
         raise ValueError("result: expected triangles to compare, got none")
-    scale = diagonal or 1.0
-    located = _Located(result, (_origin(result), result.box[0], scale))
+    frame = _origin(result), result.box[0], diagonal or 1.0
+    located = _Located(result, frame)
     step = (
         -(-reference.vertex_count // COMPARED) | 1
     )  # odd: no row of a pattern is met at one place alone
-    points = reference.positions[::step].astype(np.float64)
-    points = (points - (result.box[0] + (_origin(result) - _origin(reference)))) / scale
+    points = _placed(reference, reference.positions[::step], frame)
     squared, _ = located.nearest(points)
     return {
         "rms_difference": float(np.sqrt(squared.mean())),

@@ -162,9 +162,19 @@ def refined_mesh(
 
 
 def welded_mesh(refined: TriangleMesh, triangles: Indices, segments: int) -> TriangleMesh:
-    """`refined_mesh` with each shared vertex once, the first instance's; `triangles` are the coarse ones."""
+    """`refined_mesh` with each shared vertex once; `triangles` are the coarse ones."""
     welded, count = lattice_sharing(triangles, segments)
-    welded = welded.ravel()
+    return joined_mesh(refined, welded.ravel(), count)
+
+
+def joined_mesh(refined: TriangleMesh, welded: NDArray[np.uint32], count: int) -> TriangleMesh:
+    """A mesh with the vertices that are one joined: the first of them stays.
+
+    Args:
+        refined: of n vertices.
+        welded: which vertex each becomes, (n,).
+        count: how many there are then.
+    """
     first = np.empty(count, np.int64)
     first[welded[::-1]] = np.arange(len(welded))[::-1]
     attributes = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,7 +14,31 @@ from lodbench.kernels.refine.params import RefineParams
 from lodbench.kernels.refine.refined import Refined
 from lodbench.kernels.refine.room import check_room
 from lodbench.kernels.result import Result
-from lodbench.kernels.system import Frame, run
+from lodbench.kernels.system import Frame, Prepared, run
+
+
+class Refining(Prepared, Protocol):
+    """What a refinement's `prepare` gives."""
+
+    def welded(self) -> TriangleMesh:
+        """The last frame's mesh with every shared vertex once, the coarse vertices in use first."""
+        ...
+
+
+def refined(
+    device: Device, prepared: Refining, mesh: TriangleMesh, frame: Frame, weld: bool
+) -> Result:
+    """What one frame makes of the coarse `mesh`; welded, with the map from its vertices in use."""
+    timeline = run(device, prepared, frame)
+    vertex_map = None
+    if weld:
+        made = prepared.welded()
+        used = np.unique(mesh.triangles)
+        vertex_map = np.full(mesh.vertex_count, 0xFFFFFFFF, np.uint32)
+        vertex_map[used] = np.arange(len(used), dtype=np.uint32)
+    else:
+        made = prepared.result()[0]
+    return Result(made, vertex_map, (made,), dict(prepared.counters()), prepared.setup, timeline)
 
 
 def refiner(make: Callable[..., Refined], kind: type[RefineParams]) -> Callable[..., Result]:
@@ -39,16 +63,6 @@ def refiner(make: Callable[..., Refined], kind: type[RefineParams]) -> Callable[
         check("time", time, float)
         check_room(device, mesh, params.segments, weld)
         prepared = make(device, mesh, params)
-        frame = run(device, prepared, Frame(time=time))
-        vertex_map = None
-        if weld:
-            refined = prepared.welded()
-            used = np.unique(mesh.triangles)
-            vertex_map = np.full(mesh.vertex_count, 0xFFFFFFFF, np.uint32)
-            vertex_map[used] = np.arange(len(used), dtype=np.uint32)
-        else:
-            refined = prepared.result()[0]
-        counters = dict(prepared.counters())
-        return Result(refined, vertex_map, (refined,), counters, prepared.setup, frame)
+        return refined(device, prepared, mesh, Frame(time=time), weld)
 
     return refine

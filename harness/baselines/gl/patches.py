@@ -114,6 +114,7 @@ class Patches(Refined):
     def check(self) -> Check:
         """Points and normals of some coarse triangles at the weights that the tessellator chose, in float64."""
         kept, chosen = self.kept(), self.chosen()
+        kept = kept[np.isin(kept["corners"][:, 0], self.mesh.triangles[chosen, 0])]
         worst = 0.0
         for triangle in chosen:
             rows = kept[(kept["corners"] == self.mesh.triangles[triangle]).all(axis=1)]

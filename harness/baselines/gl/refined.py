@@ -129,8 +129,7 @@ class Refined(ABC):
         """Draw the image with the first `coarse` triangles, or keep all points; and wait until it is done."""
         if self.params.output == "points":
             if coarse:
-                assign(self.feedback_program, self.uniforms(view))
-                self._keep_in(self._kept)
+                self._keep_in(self._kept, view)
         else:
             assign(self.draw_program, self.uniforms(view))
             self.canvas.begin()
@@ -142,7 +141,8 @@ class Refined(ABC):
         """What the shaders are told of a view."""
         return view_uniforms(view, self.shading)
 
-    def _keep_in(self, buffer: Any) -> None:
+    def _keep_in(self, buffer: Any, view: View) -> None:
+        assign(self.feedback_program, self.uniforms(view))
         self.canvas.target.use()  # no window: without a target even discarded drawing is an error
         self.keep(buffer)
 
@@ -157,8 +157,7 @@ class Refined(ABC):
         gl = context()
         buffer = self._kept or gl.buffer(reserve=self.feedback_bytes())
         buffer.clear()  # fewer may come than there is room for
-        assign(self.feedback_program, self.uniforms(self._view))
-        self._keep_in(buffer)
+        self._keep_in(buffer, self._view)
         gl.finish()
         return buffer.read()
 

@@ -22,6 +22,7 @@ from lodbench.kernels.refine.adaptive_patterns.sharing import (
     to_lattice,
 )
 from lodbench.kernels.refine.adaptive_patterns.tags import measures
+from lodbench.kernels.refine.lattice import joined_mesh
 from lodbench.kernels.refine.launching import VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.surface import TOLERANCE
 from lodbench.kernels.subject import POINT, Step
@@ -54,10 +55,9 @@ class AdaptivePatterns(Choosing):
     ) -> None:
         super().__init__(device, mesh, params, depths)
         self._choices, self._seen = len(self._steps), None
-        every = self.pool.vertex_counts[-1] * self._coarse.count
         start = pool(min(params.finest, FIRST_DEPTH))
-        first = int(min(every, start.vertex_counts[-1] * self._coarse.count))
-        self._make_room(first, int(start.triangle_counts[-1]) * self._coarse.count)
+        each = int(start.vertex_counts[-1]), int(start.triangle_counts[-1])
+        self._make_room(each[0] * self._coarse.count, each[1] * self._coarse.count)
         self.warm_up()
 
     def _make_room(self, vertices: int, faces: int) -> None:
@@ -190,14 +190,8 @@ class AdaptivePatterns(Choosing):
     def welded(self) -> TriangleMesh:
         """The last frame's mesh with every shared vertex once, matched by edge and place on it."""
         mesh = self.result()[0]
-        welded, count = sharing(self._mesh.triangles, *self.chosen(), self._params.finest)
-        first = np.empty(count, np.int64)
-        first[welded[::-1]] = np.arange(len(welded))[::-1]
-        others = {
-            name: None if (values := getattr(mesh, name)) is None else values[first]
-            for name in ("normals", "uvs", "colours", "tags")
-        }
-        return TriangleMesh(mesh.positions[first], welded[mesh.triangles], **others)
+        shared = sharing(self._mesh.triangles, *self.chosen(), self._params.finest)
+        return joined_mesh(mesh, *shared)
 
     def at_parameters(self) -> Floats:
         """See `Parametric`: at the lattice of the finest depth."""

@@ -12,8 +12,9 @@ from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import check
 from lodbench.kernels.refine.adaptive_patterns.host import AdaptivePatterns
 from lodbench.kernels.refine.adaptive_patterns.params import Params
+from lodbench.kernels.refine.refining import refined
 from lodbench.kernels.result import Result
-from lodbench.kernels.system import Frame, View, run
+from lodbench.kernels.system import Frame, View
 
 
 def refine(
@@ -50,17 +51,7 @@ def refine(
     if isinstance(depths, str):
         depths = _read(depths)
     prepared = AdaptivePatterns(device, mesh, params, depths)
-    frame = run(device, prepared, Frame(view, time))
-    vertex_map = None
-    if weld:
-        refined = prepared.welded()
-        used = np.unique(mesh.triangles)
-        vertex_map = np.full(mesh.vertex_count, 0xFFFFFFFF, np.uint32)
-        vertex_map[used] = np.arange(len(used), dtype=np.uint32)
-    else:
-        refined = prepared.result()[0]
-    counters = dict(prepared.counters())
-    return Result(refined, vertex_map, (refined,), counters, prepared.setup, frame)
+    return refined(device, prepared, mesh, Frame(view, time), weld)
 
 
 def _read(path: str) -> ArrayLike:
