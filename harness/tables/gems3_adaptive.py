@@ -26,6 +26,7 @@ from lodbench.kernels.stages.paths import CameraPath
 
 COARSE = ("bunny_69k_to_1k", "armadillo_86k_to_1k", "mechpart_g3_to_1k", "sphere_1000")
 UNIFORM, ADAPTIVE = "pn_triangles", "adaptive_patterns"
+BOUND, BINNED = "uncoupled_pn_triangles", "binned_adaptive_patterns"
 SEGMENTS = (2, 4, 8, 16, 32)
 TOLERANCES = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5)
 PATH_SEGMENTS = 32
@@ -39,11 +40,17 @@ SHADER = "gl_adaptive_tessellation"
 def _errors(dataset: str, quick: bool) -> Group:
     finest = 64 if quick else 128
     uniform = SEGMENTS[:-1] if quick else SEGMENTS
+    asked = [
+        ({"segments": 64, "tolerance": tolerance}, f"{tolerance:g}")
+        for tolerance in (TOLERANCES[:-1] if quick else TOLERANCES)
+    ]
     subjects = [
         *(Subject(UNIFORM, {"segments": n}, f"{UNIFORM}_{n}") for n in uniform),
+        *(Subject(ADAPTIVE, size, f"curvature_{name}") for size, name in asked),
+        *(Subject(BOUND, size, f"uncoupled_{name}") for size, name in asked),
         *(
-            Subject(ADAPTIVE, {"segments": 64, "tolerance": tolerance}, f"curvature_{tolerance:g}")
-            for tolerance in (TOLERANCES[:-1] if quick else TOLERANCES)
+            Subject(BOUND, {**size, "doubling": True}, f"uncoupled_doubling_{name}")
+            for size, name in asked
         ),
         Subject(UNIFORM, {"segments": finest}, "reference"),
     ]
@@ -62,6 +69,7 @@ def _vertices(segments: int) -> Group:
         Subject(ADAPTIVE, {**bare, "by": "distance"}, "all_finest"),
         Subject(ADAPTIVE, {**size, "by": "distance"}, "all_finest_listed"),
         Subject(ADAPTIVE, {**bare, "tolerance": 0.1 / segments**2}, "curvature"),
+        Subject(BINNED, {**bare, "tolerance": 0.1 / segments**2}, "curvature_binned"),
     )
     facts = {"work": VERTICES, "segments": segments}
     return Group(COARSE[0], subjects, facts, weight=2.0, standin_ok=True)
@@ -145,7 +153,7 @@ def own(entry: Entry) -> Mapping[str, Any]:
         more["vertices"] = vertices
         more["vertices_per_s"] = vertices / row["wall_s"] if row["wall_s"] else None
         more["s_per_vertex"] = row["wall_s"] / vertices if row["wall_s"] else None
-    if error and triangles and subject.system == ADAPTIVE:
+    if error and triangles and subject.system in (ADAPTIVE, BOUND):
         between, level = at_equal_error(entry.group, error)
         more["share_at_error"] = triangles / between if between else None
         more["share_of_level"] = triangles / level if level else None
@@ -196,8 +204,11 @@ TABLE = Table(
         "A coarse version by quadric errors has small triangles where the surface bends: that leaves curvature less to "
         "gain than on meshes of even triangles. Tags are by the height of the arc over an edge, not by the angle "
         "between its normals alone, which is largest where edges are short.",
+        "uncoupled: each triangle by itself with the fewest segments at which its flat pieces are as near as asked, "
+        "with cracks: no pattern without them does with fewer at that tolerance. doubling: powers of two, as the pool.",
         "vertices: all_finest has the very vertices of uniform, out of the pool, its triangles listed or not; "
-        "curvature has fewer, of many patterns. A list of triangles is as many bytes as the vertices.",
+        "curvature has fewer, of many patterns; curvature_binned has the same, of triangles that lie sorted by "
+        "pattern. A list of triangles is as many bytes as the vertices.",
         "draw: whole frames at 1280 x 1024 of the same camera, edges with the same segments on both sides; the driver "
         "cuts a triangle into rings.",
         "path: an orbit that draws back to 16 times the distance and returns; see gmr05_path. The largest move between "
