@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.kernels.cluster.borders import NO_EDGES, border_vertices
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.search import Found
 from lodbench.kernels.cluster.target import GridTarget
@@ -45,6 +46,8 @@ class Clustering(DeviceSubject):
         occupied: cells with a vertex, known once they have been counted.
         capacity: rows of what is kept per cell, at least 1.
         found: how a search got to the grid.
+        border: border edges, (k, 3) uint32 as `border_edges` has them, where they are of use.
+        kept: border vertices that stay by themselves; they have the ranks after those of the cells.
     """
 
     def __init__(self, upload: Upload, params: GridTarget, found: Found | None) -> None:
@@ -55,6 +58,8 @@ class Clustering(DeviceSubject):
         self._vertices, self._triangles = upload.mesh.vertex_count, upload.mesh.triangle_count
         self._programs: list[Program] = [upload.program]
         self.grid = Grid.over(upload.low, upload.high, params.grid_cells)
+        self.border = upload.border_edges if params.uses_border else NO_EDGES
+        self.kept = border_vertices(self.border) if params.keeps_border else NO_EDGES
 
     def launch(self, kernel: str, rows: int, stage: str, **arguments: Any) -> Launch:
         """A launch of one item per chunk of `rows`."""
@@ -94,7 +99,7 @@ class Clustering(DeviceSubject):
         for step in self._steps:
             step.enqueue(Timeline())
         self.occupied = int(self.device.read(self.state)[0])
-        self.capacity = max(self.occupied, 1)
+        self.capacity = max(self.occupied + len(self.kept), 1)
         self.points = self.allocate("points", (self._vertices, 4), np.float32)
         self.placing = self.add(
             self.launch(
@@ -104,6 +109,15 @@ class Clustering(DeviceSubject):
             bytes=POINT * self._vertices + self.points.size_bytes,
         )  # fmt: skip
         self.solved = self.allocate("solved", (self.capacity, 4), np.float32)
+        if len(self.kept):
+            kept = self.upload("kept", self.kept, np.uint32)
+            self._kept = {"kept": kept, "occupied": self.occupied, "kept_count": len(self.kept)}
+            self.add(
+                self.launch(
+                    "cluster_borders_keep", len(self.kept), stage,
+                    points=self.points, state=self.state, **self._kept,
+                )
+            )  # fmt: skip
 
     def compact(self, stage: str) -> None:
         """The used cells' representatives become the output's vertices, in the order of their cells."""
@@ -120,6 +134,14 @@ class Clustering(DeviceSubject):
             ),
             bytes=lambda own: POINT * own.live()[0],
         )  # fmt: skip
+        if len(self.kept):
+            self.add(
+                self.launch(
+                    "cluster_borders_return", len(self.kept), stage,
+                    positions=self._upload.positions, new_ranks=self.new_ranks,
+                    vertices=self.vertices_out, **self._kept,
+                )
+            )  # fmt: skip
         self.survivors = self.allocate("survivors", (self._triangles, 3), np.uint32, "output")
 
     def emit(
@@ -228,6 +250,7 @@ class Clustering(DeviceSubject):
             "cells": self.grid.cell_count,
             **{f"cells_{axis}": n for axis, n in zip("xyz", self.grid.counts, strict=True)},
             "cells_occupied": self.occupied,
+            "border_edges": len(self.border),
         }
         if self.found is not None:
             counters |= missed(self.found.target, self.live()[1])

@@ -6,7 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.borders import border_vertices
 from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.cluster.search import Found, find_cells
 from lodbench.kernels.cluster.survivors import DeviceSurvivors
@@ -45,23 +49,24 @@ def prepare(
         Unsupported: no room, or something that the device lacks.
     """
     upload = Upload(device, mesh, files)
+    kept = border_vertices(upload.border_edges) if params.keeps_border else None
     asked = params.triangles(mesh.triangle_count)
     if asked is None:
         return make(upload, params, None)
     distinct = getattr(params, "remove_duplicates", False)
-    found = search_cells(upload, asked, distinct)
+    found = search_cells(upload, asked, distinct, kept)
     if found.cells is not None:
         params = replace(params, target_reduction=None, target_count=None, cells=found.cells)
         return make(upload, params, found)
-    kept = upload
+    left = upload
     if distinct:
-        kept = Upload(device, without_duplicates(mesh), files)
-        upload.setup.stage_s |= kept.setup.stage_s
+        left = Upload(device, without_duplicates(mesh), files)
+        upload.setup.stage_s |= left.setup.stage_s
     counters = {
         "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
-        "counting_passes": found.counts, **missed(asked, kept.mesh.triangle_count),
+        "counting_passes": found.counts, **missed(asked, left.mesh.triangle_count),
     }  # fmt: skip
-    return Unchanged(device, kept.mesh, kept.positions, kept.triangles, upload.setup, counters)
+    return Unchanged(device, left.mesh, left.positions, left.triangles, upload.setup, counters)
 
 
 def simplifier(
@@ -87,11 +92,16 @@ def simplifier(
     return simplify
 
 
-def search_cells(upload: Upload, target_count: int, remove_duplicates: bool = False) -> Found:
+def search_cells(
+    upload: Upload,
+    target_count: int,
+    remove_duplicates: bool = False,
+    kept: NDArray[np.uint32] | None = None,
+) -> Found:
     """The grid that leaves at most `target_count` triangles, as `find_cells` says; seconds go to the stage "search"."""
     with upload.setup.host("search"):
         count = DeviceSurvivors(
             upload.device, upload.program, upload.positions, upload.triangles,
-            (upload.low, upload.high), remove_duplicates,
+            (upload.low, upload.high), remove_duplicates, kept,
         )  # fmt: skip
         return find_cells(count, upload.high - upload.low, upload.mesh.triangle_count, target_count)

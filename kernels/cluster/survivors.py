@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.opencl import Buffer, Device, Program, Timeline
+from lodbench.kernels.opencl import Buffer, Device, Launch, Program, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 
 FILE = "cluster/search.cl"
@@ -28,6 +28,7 @@ class DeviceSurvivors:
         triangles: Buffer,
         box: tuple[NDArray[np.float64], NDArray[np.float64]],
         remove_duplicates: bool = False,
+        kept: NDArray[np.uint32] | None = None,
     ) -> None:
         """Room for the counts, and their launches.
 
@@ -38,6 +39,7 @@ class DeviceSurvivors:
             triangles: uint32, (m, 3).
             box: lower and upper corner of all positions.
             remove_duplicates: of triangles with the same three cells, count one.
+            kept: vertices that are in no cell but stay by themselves.
         """
         self._device, self._box = device, box
         local = chunk_local(device)
@@ -49,6 +51,14 @@ class DeviceSurvivors:
             positions=positions, cell_ids=ids, vertex_count=vertex_count, chunk_count=chunks,
             **Grid.over(*box, 1).arguments,
         )  # fmt: skip
+        self._keep: Launch | None = None
+        if kept is not None and len(kept):
+            rows = chunk_count(device, len(kept))
+            self._keep = program.launch(
+                "cluster_borders_keep_ids", rows, stage="search", local=local,
+                kept=device.upload("kept", kept), cell_ids=ids, kept_count=len(kept),
+                chunk_count=rows,
+            )  # fmt: skip
         chunks = chunk_count(device, self._triangle_count)
         self._survivors = device.allocate("survivors", chunks, np.uint32)
         self._slots: Buffer | None = None
@@ -69,6 +79,8 @@ class DeviceSurvivors:
         self._cells.set(**Grid.over(*self._box, cells).arguments)
         self._count.set(stride=stride, sample_count=-(-self._triangle_count // stride))
         self._cells(Timeline())
+        if self._keep is not None:
+            self._keep(Timeline())
         if self._slots is not None:
             self._device.fill(Timeline(), "search", self._slots, _NO_TRIANGLE)
         self._count(Timeline())

@@ -29,6 +29,16 @@ class GridTarget(Target):
         super().__post_init__()
 
     @property
+    def uses_border(self) -> bool:
+        """Must border edges be known?"""
+        return self.keeps_border
+
+    @property
+    def keeps_border(self) -> bool:
+        """Does every border vertex stay where it is, by itself?"""
+        return False
+
+    @property
     def grid_cells(self) -> Cells:
         """The grid asked for, where no number of triangles is."""
         return DEFAULT_CELLS if self.cells is None else self.cells

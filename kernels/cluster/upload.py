@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.surfaces import Indices, TriangleMesh
+from lodbench.kernels.cluster.borders import border_edges
 from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 
 # built as one program with a system's own: a build reads the driver's headers and the prelude anew, most of its time
-SHARED = tuple(f"cluster/{name}.cl" for name in ("box", "cells", "compact", "emit", "search"))
+SHARED = tuple(
+    f"cluster/{name}.cl" for name in ("box", "cells", "compact", "emit", "search", "borders")
+)
 
 
 class Upload:
@@ -48,3 +52,9 @@ class Upload:
                 box(Timeline())
                 found = device.read(boxes).astype(np.float64)
                 self.low, self.high = found[:, 0].min((0, 2)), found[:, 1].max((0, 2))
+
+    @cached_property
+    def border_edges(self) -> Indices:
+        """See `borders.border_edges`; found once, in the set-up stage "borders"."""
+        with self.setup.host("borders"):
+            return border_edges(self.device, self.program, self.triangles, self.mesh.vertex_count)

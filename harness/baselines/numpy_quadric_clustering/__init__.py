@@ -10,17 +10,19 @@ Source: DeCoro & Tatarchuk 2007, slides 10-17.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.surfaces import Indices, TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.harness.baselines.simplifier import found_grid, unchanged
+from lodbench.kernels.cluster.borders import NO_EDGES, edges_of, used_once
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering import Params as KernelParams
 from lodbench.kernels.cluster.quadric_clustering.params import Placement
-from lodbench.kernels.cluster.quadric_clustering.reference import simplify
+from lodbench.kernels.cluster.quadric_clustering.reference import border_quadrics, simplify
 from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.survivors import host_survivors
 from lodbench.kernels.cluster.target import GridTarget
@@ -36,19 +38,25 @@ class Params(GridTarget):
 
     Attributes:
         placement: "robust", "paper" or "average".
+        border: "quadrics" or "none".
         remove_duplicates: keep only the first of output triangles with the same three vertices.
     """
 
     placement: Placement = "robust"
+    border: Literal["quadrics", "none"] = "quadrics"
     remove_duplicates: bool = False
 
     def kernel(self) -> KernelParams:
         """The kernels' parameters for the same output."""
-        return KernelParams(self.cells, self.placement, remove_duplicates=self.remove_duplicates)
+        return KernelParams(
+            self.cells, self.placement, border=self.border, remove_duplicates=self.remove_duplicates
+        )
 
 
-def cluster(mesh: TriangleMesh, params: Params) -> tuple[NDArray[np.float32], NDArray[np.integer]]:
-    """Positions (n, 3) and triangles (m, 3) of the simplified mesh.
+def cluster(
+    mesh: TriangleMesh, params: Params, border: Indices
+) -> tuple[NDArray[np.float32], NDArray[np.integer]]:
+    """Positions (n, 3) and triangles (m, 3) of the simplified mesh, held by these border edges.
 
     Raises:
         ValueError: more than 2**27 cells.
@@ -82,6 +90,12 @@ def cluster(mesh: TriangleMesh, params: Params) -> tuple[NDArray[np.float32], ND
         for total, values in zip(sums, planes(points, triangles), strict=True):
             for corner in corners:
                 total += np.bincount(corner, values, len(occupied))
+        if len(border):
+            A, b = border_quadrics(points.T.astype(np.float64), border)
+            lanes = (*A[:, (0, 0, 0, 1, 1, 2), (0, 1, 2, 1, 2, 2)].T, *b.T)
+            for total, values in zip(sums, lanes, strict=True):
+                for end in border[:, :2].T:
+                    total += np.bincount(ranks[end], values, len(occupied))
         solved += steps(sums, solved, params.placement, 1 / grid.extent if grid.extent else 1.0)
 
     survivors = (np.cumsum(used) - 1)[survivors]
@@ -170,9 +184,13 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         kept = without_duplicates(mesh) if params.remove_duplicates else mesh
         return unchanged(device, kept, setup, counters)
     params = replace(params, target_reduction=None, target_count=None, cells=cells)
+    with setup.host("borders"):
+        border = NO_EDGES
+        if params.kernel().holds_border:
+            border = used_once(edges_of(mesh.triangles))
     return HostPrepared(
         device,
-        lambda _: cluster(mesh, params),
+        lambda _: cluster(mesh, params, border),
         read=lambda output: [TriangleMesh(*output)],
         verdict=lambda meshes: verdict(meshes[0], simplify(mesh, params.kernel())),
         setup=setup,

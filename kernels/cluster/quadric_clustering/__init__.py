@@ -7,7 +7,9 @@ comes out unused and none that no triangle refers to pulls on anything (it does 
 
 Where the paper accumulates in render targets over the whole grid, the cluster map here holds occupied cells alone, and
 pass 3 rides along with pass 1. The paper solves where det(A) > 1e-11; that holds in few cells of most meshes and gives
-the plain average in the others, so the default regularises the solve instead (reconstruction).
+the plain average in the others, so the default regularises the solve instead (reconstruction). Nor does it say
+anything of borders, which shrink without help: border edges add planes of their own (reconstruction), or their
+vertices stay as they are.
 
 Source: DeCoro & Tatarchuk, Real-time Mesh Simplification Using the GPU, I3D 2007, slides 10-17; Lindstrom 2000,
 Out-of-Core Simplification of Large Polygonal Models.
@@ -40,6 +42,8 @@ SYSTEM = System(
         "separate_64": Params(64, strategy="separate"),
         "fixed_point_64": Params(64, accumulate="fixed_point"),
         "no_duplicates_64": Params(64, remove_duplicates=True),
+        "border_none_30": Params(30, border="none"),
+        "border_kept_30": Params(30, border="keep"),
         "tenth": Params(target_reduction=0.9),
     },
     verbs={"simplify": simplify},

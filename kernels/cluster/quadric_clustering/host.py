@@ -10,7 +10,7 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster import prepare as family
 from lodbench.kernels.cluster.clustering import Clustering
-from lodbench.kernels.cluster.quadric_clustering.params import Params
+from lodbench.kernels.cluster.quadric_clustering.params import HEAVINESS, Params
 from lodbench.kernels.cluster.quadric_clustering.reference import KINDS, simplify
 from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.search import Found
@@ -24,7 +24,9 @@ from lodbench.kernels.system import Check
 PLACEMENTS = {"robust": 0, "paper": 1, "average": 2}
 SUM_LANES = 14
 FOLDER = "cluster/quadric_clustering"
-FILES = tuple(f"{FOLDER}/{name}.cl" for name in ("setup", "fragment", "geometry", "geometry_emit"))
+FILES = tuple(
+    f"{FOLDER}/{name}.cl" for name in ("setup", "fragment", "geometry", "geometry_emit", "border")
+)
 _PREFIX = "quadric_clustering_"
 
 
@@ -60,7 +62,8 @@ class QuadricClustering(Clustering):
             if "cl_khr_int64_base_atomics" not in device.facts.extensions:
                 raise Unsupported("needs cl_khr_int64_base_atomics, device has none")
             with self.setup.host("build"):
-                self._programs.append(device.build(f"{FOLDER}/geometry_fixed_point.cl"))
+                files = (f"{FOLDER}/geometry_fixed_point.cl", f"{FOLDER}/border_fixed_point.cl")
+                self._programs.append(device.build(*files))
         self.first = "pass_1_and_3" if self.fused else "pass_1"
         self.third = "pass_1_and_3" if self.fused else "pass_3"
         with self.setup.host("size"):
@@ -104,6 +107,27 @@ class QuadricClustering(Clustering):
             bytes=POINT * count + self.points.size_bytes + self.sums.size_bytes,
             flops=112 * count,  # 70 for a plane and its products, 14 sums at each of 3 corners
         )
+        if self.params.holds_border and len(self.border):
+            self._hold_border()
+
+    def _hold_border(self) -> None:
+        """Border edges add the planes upright on their triangles to the cells of their ends."""
+        edges, count = self.upload("edges", self.border, np.uint32, (None, 3)), len(self.border)
+        arguments: dict[str, Any] = {
+            "points": self.points, "edges": edges, "edge_count": count, "heaviness": HEAVINESS,
+        }  # fmt: skip
+        if self.private:
+            name, items = _PREFIX + "border_add", self.params.chunks
+            arguments |= {"maps": self.sums, "map_count": items, "capacity": self.capacity}
+        else:
+            name, items = _PREFIX + "border_fixed_point", count
+            arguments |= {"sums": self.sums, "scale": (*self._scale, 0)}
+        local = 1 if self.private else None
+        self.add(
+            self.program(name).launch(name, items, stage=self.first, local=local, **arguments),
+            bytes=POINT * count,
+            flops=80 * count,
+        )
 
     def _fixed_point_scale(self) -> tuple[float, float, float]:
         """Powers of two for A, b and positions, as large as sums of all triangles in one cell allow.
@@ -121,11 +145,18 @@ class QuadricClustering(Clustering):
         )(Timeline())  # fmt: skip
         counts = device.read(exponents).sum(0, dtype=np.float64)
         area = 3 * float(counts @ np.exp2(np.arange(256) - 126.0))
+        if self.params.holds_border:
+            area += 2 * HEAVINESS * self._border_lengths()
         reach = 2 * max(self.grid.extent, 1.0)  # no corner is farther than sqrt(3) extents
         bounds = (area, area * reach, 3 * triangles * reach)
         exponent = [np.clip(62 - np.ceil(np.log2(max(b, 1e-30))), -100, 100) for b in bounds]
         scale_a, scale_b, scale_p = (float(2.0**e) for e in exponent)
         return scale_a, scale_b, scale_p
+
+    def _border_lengths(self) -> float:
+        """The sum of the squares of the border edges' lengths, in units."""
+        ends = self.grid.points(self._mesh.positions)[self.border[:, :2]].astype(np.float64)
+        return float(((ends[:, 1] - ends[:, 0]) ** 2).sum())
 
     def _prepare_solve(self) -> None:
         """Pass 2: representatives of all occupied cells."""

@@ -9,6 +9,8 @@ from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.parameters import Range
 
 Placement = Literal["robust", "paper", "average"]
+Border = Literal["quadrics", "none", "keep"]
+HEAVINESS = 1.0  # of a border edge's plane, by the square of its length
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,9 @@ class Params(GridTarget):
             64-bit integers and atomics, always in separate passes; "auto": private on a CPU. Each gives the same bits
             on every run; fixed_point also for any order of the triangles.
         chunks: private maps, 1 to 4; the number decides how sums are rounded, so it belongs to the parameters.
+        border: "quadrics", border edges hold the representatives of their ends' cells, by planes upright on their
+            triangles (with placement "robust"); "none", as published; "keep", border vertices stay where they are,
+            each by itself, and come last.
         remove_duplicates: of output triangles with the same three vertices, whichever way they face, keep the first;
             a target counts what is left.
     """
@@ -33,4 +38,20 @@ class Params(GridTarget):
     strategy: Literal["fused", "separate"] = "fused"
     accumulate: Literal["auto", "private", "fixed_point"] = "auto"
     chunks: Annotated[int, Range(1, 4)] = 2
+    border: Border = "quadrics"
     remove_duplicates: bool = False
+
+    @property
+    def keeps_border(self) -> bool:
+        """See `GridTarget`."""
+        return self.border == "keep"
+
+    @property
+    def holds_border(self) -> bool:
+        """Do border edges add quadrics?"""
+        return self.border == "quadrics" and self.placement == "robust"
+
+    @property
+    def uses_border(self) -> bool:
+        """See `GridTarget`."""
+        return self.keeps_border or self.holds_border

@@ -8,8 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.borders import (
+    NO_EDGES,
+    NO_VERTICES,
+    border_vertices,
+    edges_of,
+    used_once,
+)
 from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.cluster.quadric_clustering.params import Params
+from lodbench.kernels.cluster.quadric_clustering.params import HEAVINESS, Params
 
 NO_VERTEX = np.uint32(0xFFFFFFFF)
 KINDS = ("mean", "solved", "solved_1e-2", "solved_1e-1")
@@ -51,6 +58,9 @@ def simplify(mesh: TriangleMesh, params: Params) -> Reference:
     points32 = grid.points(mesh.positions)
     cells = grid.cells_of(points32)
     points = points32.astype(np.float64)
+    border = used_once(edges_of(mesh.triangles)) if params.uses_border else NO_EDGES
+    kept = border_vertices(border) if params.keeps_border else NO_VERTICES
+    cells[kept] = grid.cell_count + np.arange(len(kept))
 
     # pass 3: a triangle survives when its corners lie in three cells; its cells are used
     corners = cells[mesh.triangles].reshape(-1, 3)
@@ -61,6 +71,8 @@ def simplify(mesh: TriangleMesh, params: Params) -> Reference:
 
     # pass 1: area/3 [n; d][n; d]^T and the corner's position go to the cell of each corner
     A, b_sum, position_sum, count = accumulate(points, mesh.triangles, corners, used)
+    if params.holds_border:
+        hold(A, b_sum, points, border, cells, used)
 
     # pass 2
     means = position_sum / np.maximum(count, 1)[:, None]
@@ -69,6 +81,9 @@ def simplify(mesh: TriangleMesh, params: Params) -> Reference:
         A, b_mean, params.placement, 1 / grid.extent if grid.extent else 1.0
     )
 
+    positions = grid.positions(means + steps)
+    own = used >= grid.cell_count
+    positions[own] = mesh.positions[kept[used[own] - grid.cell_count]]
     if params.remove_duplicates:
         keys = np.sort(triangles, axis=1)
         _, first = np.unique(keys, axis=0, return_index=True)
@@ -77,7 +92,7 @@ def simplify(mesh: TriangleMesh, params: Params) -> Reference:
     row[row == len(used)] = 0
     found = used[row] == cells if len(used) else np.zeros(len(cells), bool)
     return Reference(
-        mesh=TriangleMesh(grid.positions(means + steps), triangles),
+        mesh=TriangleMesh(positions, triangles),
         grid=grid,
         points=means + steps,
         means=means,
@@ -125,6 +140,46 @@ def accumulate(
             for j in range(3):
                 A[:, i, j] += np.bincount(row, A_triangle[inside, i, j], n)
     return A, b, position, count
+
+
+def border_quadrics(
+    points: NDArray[np.float64], border: NDArray[np.uint32]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What each border edge adds to the A (k, 3, 3) and b (k, 3) of its ends' cells.
+
+    Source: Lindstrom & Turk 1998: the plane through the edge, upright on its triangle, by the square of its length. Its
+    weight beside the triangles' is a reconstruction.
+    """
+    a, b, c = (points[border[:, corner]] for corner in range(3))
+    along, side = b - a, c - a
+    square = (along**2).sum(axis=1)
+    upright = side - along * ((side * along).sum(axis=1) / np.maximum(square, 1e-30))[:, None]
+    height = np.linalg.norm(upright, axis=1)
+    flat = ~((square > 1e-30) & (height**2 > 1e-12 * square))
+    normal = upright / np.where(flat, 1, height)[:, None]
+    weight = np.where(flat, 0, HEAVINESS * square)
+    distance = -(normal * a).sum(axis=1)
+    A = weight[:, None, None] * normal[:, :, None] * normal[:, None, :]
+    return A, (weight * distance)[:, None] * normal
+
+
+def hold(
+    A: NDArray[np.float64],
+    b: NDArray[np.float64],
+    points: NDArray[np.float64],
+    border: NDArray[np.uint32],
+    cells: NDArray[np.int64],
+    used: NDArray[np.int64],
+) -> None:
+    """Add to A (n, 3, 3) and b (n, 3) of the used cells the border edges with an end there, once for each end."""
+    own_A, own_b = border_quadrics(points, border)
+    for end in (0, 1):
+        own = cells[border[:, end]]
+        row = np.searchsorted(used, own)
+        row[row == len(used)] = 0
+        inside = used[row] == own if len(used) else np.zeros(len(row), bool)
+        np.add.at(A, row[inside], own_A[inside])
+        np.add.at(b, row[inside], own_b[inside])
 
 
 def place(

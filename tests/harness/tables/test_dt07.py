@@ -1,5 +1,6 @@
 import pytest
 
+from lodbench.harness.plan.table import table
 from tests.harness.records import group, rows_of, subject
 
 
@@ -27,3 +28,38 @@ def test_dt07_rows_have_passes_ratios_and_the_exponent_of_time():
     rows, _ = rows_of("dt07_timing", scan, small, large)
     assert rows["quadric_clustering"]["slope"] == pytest.approx(1.0)
     assert rows["quadric_clustering"]["published_slope"] == 1
+
+
+def judged(label, rms, largest, system="quadric_clustering", **more):
+    quality = {"rms_error": rms, "max_error": largest, "open_edges": 3}
+    return subject(label, [0.002] * 5, quality=quality, system=system, **more)
+
+
+def test_borders_rows_have_errors_as_shares_of_those_without():
+    held = judged("quadrics", 0.001, 0.01, counters={"border_edges": 12, "triangles": 90})
+    made = group(judged("none", 0.002, 0.05), held, table="borders")
+    rows, _ = rows_of("borders", made)
+    assert rows["quadrics"]["rms_error_share"] == pytest.approx(0.5)
+    assert rows["quadrics"]["max_error_share"] == pytest.approx(0.2)
+    assert rows["quadrics"]["border_edges"] == 12
+
+
+def test_grids_rows_have_the_error_as_a_share_of_averages():
+    made = group(
+        judged("quadric", 0.001, 0.01), judged("vertex_average", 0.004, 0.02, "vertex_average"),
+        table="dt07_grids",
+    )  # fmt: skip
+    rows, _ = rows_of("dt07_grids", made)
+    assert rows["quadric"]["rms_error_share"] == pytest.approx(0.25)
+    assert rows["vertex_average"]["rms_error_share"] == 1
+
+
+@pytest.mark.parametrize("name", ["borders", "dt07_grids"])
+def test_quick_groups_are_fewer_and_valid(name):
+    counts = []
+    for quick in (True, False):
+        groups = table(name).groups(quick)
+        counts.append(len(groups))
+        for found in groups:
+            found.validate()
+    assert counts[0] < counts[1]

@@ -1,0 +1,73 @@
+"""Border edges, those that one triangle alone uses, found on the device: a closed mesh costs one look at it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.datasets_gen.surfaces import Indices
+from lodbench.kernels.opencl import Buffer, Device, Program, Timeline
+from lodbench.kernels.stages.scan import chunk_count, chunk_local
+
+NO_EDGES: Indices = np.zeros((0, 3), np.uint32)
+NO_VERTICES = np.zeros(0, np.uint32)
+
+
+def used_once(edges: Indices) -> Indices:
+    """The border edges among candidates, which hold every use of each.
+
+    Args:
+        edges: (k, 3) uint32: from, to, the third corner of the triangle.
+
+    Returns:
+        (borders, 3) uint32 in the same order: those whose two ends no other row joins, and which are not one vertex.
+    """
+    low, high = edges[:, :2].min(axis=1), edges[:, :2].max(axis=1)
+    keys = low.astype(np.uint64) << np.uint64(32) | high
+    _, which, uses = np.unique(keys, return_inverse=True, return_counts=True)
+    return edges[(uses[which] == 1) & (low != high)]
+
+
+def edges_of(triangles: Indices) -> Indices:
+    """Every edge of every triangle, (3 m, 3) uint32 in input order: from, to, the third corner."""
+    return np.stack([np.roll(triangles, -k, axis=1) for k in range(3)], axis=1).reshape(-1, 3)
+
+
+def border_edges(device: Device, program: Program, triangles: Buffer, vertex_count: int) -> Indices:
+    """The border edges of a mesh on the device, (borders, 3) uint32 in input order: from, to, the third corner.
+
+    Where triangles turn against their neighbours it takes longer, and finds the same.
+
+    Args:
+        device: where the mesh is.
+        program: holds the kernels of `cluster/borders.cl`.
+        triangles: uint32, (m, 3).
+        vertex_count: of the mesh.
+    """
+    count = triangles.shape[0]
+    chunks, local = chunk_count(device, max(count, 1)), chunk_local(device)
+    shared = {"triangles": triangles, "triangle_count": count, "chunk_count": chunks}
+
+    def launch(name: str, **more: object) -> None:
+        program.launch(
+            f"cluster_borders_{name}", chunks, stage="borders", local=local, **shared, **more
+        )(Timeline())
+
+    sums = device.allocate("sums", (chunks, 2), np.uint32)
+    launch("sum", sums=sums)
+    if not device.read(sums).sum(axis=0, dtype=np.uint32).any():
+        return NO_EDGES
+    marks = device.allocate("marks", vertex_count, np.int32)
+    device.fill(Timeline(), "borders", marks, 0)
+    launch("mark", marks=marks)
+    chunk_sums = device.allocate("chunk_sums", chunks, np.uint32)
+    launch("count", marks=marks, chunk_sums=chunk_sums)
+    rows = int(device.read(chunk_sums).sum(dtype=np.int64))
+    edges = device.allocate("edges", (rows, 3), np.uint32)
+    launch("write", marks=marks, chunk_sums=chunk_sums, edges=edges)
+    return used_once(device.read(edges))
+
+
+def border_vertices(edges: Indices) -> NDArray[np.uint32]:
+    """The vertices of border edges, ascending."""
+    return np.unique(edges[:, :2])
