@@ -61,6 +61,7 @@ class DeviceSubject:
         self._bytes: Counter[str] = Counter()
         self._steps: list[Step] = []
         self._enqueued: Sequence[Step] = ()
+        self._rows: list[tuple[int, int]] | None = None  # of the last frame, once they were read
 
     # memory
 
@@ -124,7 +125,8 @@ class DeviceSubject:
 
     def enqueue(self, frame: Frame, timeline: Timeline) -> None:
         """Enqueue the frame's steps; never waits."""
-        self.frame, self._enqueued = frame, self.steps(frame)
+        self._enqueued = self.steps(frame)
+        self.frame, self._rows = frame, None
         for step in self._enqueued:
             step.enqueue(timeline)
 
@@ -145,25 +147,31 @@ class DeviceSubject:
         """Vertices and triangles of each surface of the last frame."""
         if self.frame is None:
             self.enqueue(Frame(), Timeline())
-        rows = []
-        for surface in self.output:
-            found = surface.vertex_count, surface.triangle_count
-            rows.append(
-                found if surface.counts is None else map(int, self.device.read(surface.counts))
-            )
-        return [(vertices, triangles) for vertices, triangles in rows]
+        rows = self._rows
+        if rows is None:
+            counts = [surface.counts for surface in self.output if surface.counts is not None]
+            found = iter(self.device.read_all(*((buffer, None) for buffer in counts)))
+            rows = []
+            for surface in self.output:
+                sizes = surface.vertex_count, surface.triangle_count
+                vertices, triangles = sizes if surface.counts is None else map(int, next(found))
+                rows.append((vertices, triangles))
+            self._rows = rows
+        return rows
 
     def result(self) -> Sequence[TriangleMesh]:
         """The last frame's surfaces, read back, a mesh each."""
-        read = self.device.read
-        rows = self.live_rows()
+        wanted: list[tuple[Buffer, int]] = []
+        for surface, (vertices, triangles) in zip(self.output, self.live_rows(), strict=True):
+            wanted += [(surface.positions, vertices), (surface.triangles, triangles)]
+            if surface.normals is not None:
+                wanted.append((surface.normals, vertices))
+        arrays = iter([array.reshape(-1, 3) for array in self.device.read_all(*wanted)])
         return [
             TriangleMesh(
-                read(surface.positions, vertices).reshape(-1, 3),
-                read(surface.triangles, triangles).reshape(-1, 3),
-                None if surface.normals is None else read(surface.normals, vertices).reshape(-1, 3),
+                next(arrays), next(arrays), None if surface.normals is None else next(arrays)
             )
-            for surface, (vertices, triangles) in zip(self.output, rows, strict=True)
+            for surface in self.output
         ]
 
     def check(self) -> Check:

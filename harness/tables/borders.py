@@ -96,7 +96,7 @@ TABLE = Table(
         *STATUS_COLUMNS,
     ),
     notes=(
-        "none and quadrics have the same grid, and so the same triangles; with keep every border vertex comes out as it "
+        "none and quadrics have the same grid, and so the same triangles; keep gives every border vertex back as it "
         "was, which takes a coarser grid for the same number.",
         "Border edges are found once, in the set-up; on a closed mesh that is one look at its triangles. How heavy "
         "their planes are was chosen on beetle_open and mountain_od.",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -16,8 +16,8 @@ from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.opencl import Buffer, Device, DeviceError, Launch, Program, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
-from lodbench.kernels.subject import POINT, WORD, DeviceSubject
-from lodbench.kernels.system import DeviceSurface
+from lodbench.kernels.subject import POINT, WORD, DeviceSubject, Step
+from lodbench.kernels.system import DeviceSurface, Frame
 from lodbench.kernels.targets import missed
 
 # launches that this device has compiled; a second subject need not run a frame to warm them
@@ -98,6 +98,7 @@ class Clustering(DeviceSubject):
             self.add(launch)
         for step in self._steps:
             step.enqueue(Timeline())
+        self._found = len(self._steps)
         self.occupied = int(self.device.read(self.state)[0])
         self.capacity = max(self.occupied + len(self.kept), 1)
         self.points = self.allocate("points", (self._vertices, 4), np.float32)
@@ -118,6 +119,10 @@ class Clustering(DeviceSubject):
                     points=self.points, state=self.state, **self._kept,
                 )
             )  # fmt: skip
+
+    def steps(self, frame: Frame) -> Sequence[Step]:
+        """All that was added; the first frame goes on from where the set-up has found the cells."""
+        return self._steps[self._found :] if self.frame is None else self._steps
 
     def compact(self, stage: str) -> None:
         """The used cells' representatives become the output's vertices, in the order of their cells."""
@@ -220,9 +225,9 @@ class Clustering(DeviceSubject):
 
     def live(self) -> tuple[int, int]:
         """Output vertices, as many as occupied cells at most, and triangles of the last frame."""
+        new = self._rows is None
         found = super().live()
-        occupied = int(self.device.read(self.state)[0])
-        if occupied > self.capacity:
+        if new and (occupied := int(self.device.read(self.state)[0])) > self.capacity:
             raise DeviceError(
                 f"cells: expected {self.capacity} occupied as in set-up, got {occupied}"
             )

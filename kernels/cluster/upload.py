@@ -35,8 +35,12 @@ class Upload:
         self.mesh = mesh
         self.setup = Timeline()
         with self.setup.host("upload"):
-            self.positions = device.upload("positions", mesh.positions, np.float32, (None, 3))
-            self.triangles = device.upload("triangles", mesh.triangles, np.uint32, (None, 3))
+            self.positions = device.upload(
+                "positions", mesh.positions, np.float32, (None, 3), wait=False
+            )
+            self.triangles = device.upload(
+                "triangles", mesh.triangles, np.uint32, (None, 3), wait=False
+            )
         with self.setup.host("build"):
             self.program = device.build(*files, *SHARED)
         with self.setup.host("box"):

@@ -201,8 +201,11 @@ class Device:
         values: ArrayLike,
         dtype: Any = None,
         shape: tuple[int | None, ...] | None = None,
+        wait: bool = True,
     ) -> Buffer:
         """A buffer holding `values`, which must already have the dtype and shape (None: any length) asked for.
+
+        Without `wait` the values must stay as they are until something else has waited.
 
         Raises:
             TypeError: another dtype. Nothing is converted here: float64 read as float32 would be garbage.
@@ -223,19 +226,24 @@ class Device:
             raise ValueError(f"{name}: expected shape {wanted}, got {array.shape}")
         buffer = self.allocate(name, array.shape, array.dtype)
         if array.size:
-            self.cl.enqueue_copy(self.queue, buffer.memory, array, is_blocking=True)
+            self.cl.enqueue_copy(self.queue, buffer.memory, array, is_blocking=wait)
         return buffer
 
     def read(self, buffer: Buffer, rows: int | None = None) -> NDArray[Any]:
         """The buffer's content, or its first `rows` rows, once all that was enqueued is done."""
-        shape = buffer.shape if rows is None else (rows, *buffer.shape[1:])
-        result = np.empty(shape, buffer.dtype)
-        if result.size:
-            self.cl.enqueue_copy(self.queue, result, buffer.memory, is_blocking=True)
-            caches.mark.end()
-        else:
-            self.wait()
-        return result
+        return self.read_all((buffer, rows))[0]
+
+    def read_all(self, *wanted: tuple[Buffer, int | None]) -> list[NDArray[Any]]:
+        """What `read` gives of each buffer and its rows, after a single wait: waiting takes longer than copying."""
+        results = [
+            np.empty(buffer.shape if rows is None else (rows, *buffer.shape[1:]), buffer.dtype)
+            for buffer, rows in wanted
+        ]
+        for result, (buffer, _) in zip(results, wanted, strict=True):
+            if result.size:
+                self.cl.enqueue_copy(self.queue, result, buffer.memory, is_blocking=False)
+        self.wait()
+        return results
 
     def fill(
         self,

@@ -13,7 +13,21 @@ from typing import Any
 
 from lodbench.kernels.opencl import caches
 
-_loaded_by = 0  # the process in which the driver has started its threads; 0 before
+_loaded = (
+    False  # has the driver started its threads, in this process or the one it was forked from?
+)
+_forked = False  # is this a child that was forked after that?
+
+
+def _note_fork() -> None:
+    global _forked
+    _forked = _loaded
+
+
+if hasattr(
+    os, "register_at_fork"
+):  # asking for the process's number at each call costs as much as a launch
+    os.register_at_fork(after_in_child=_note_fork)
 
 
 class Unsupported(RuntimeError):
@@ -73,7 +87,7 @@ def check_process() -> None:
     Raises:
         DeviceError: this is such a child.
     """
-    if _loaded_by not in (0, os.getpid()):
+    if _forked:
         raise DeviceError(
             "device: expected a process that opens its own, got one forked from a process with a device open, where "
             'every call would hang; start it with multiprocessing.get_context("spawn")'
@@ -94,12 +108,12 @@ def pin_pocl_threads() -> None:
 
 def list_devices() -> list[tuple[str, str, str, Any]]:
     """("platform:device" index, platform name, device name, handle) of every device, in the loader's order."""
-    global _loaded_by
+    global _loaded
     check_process()
     cl = opencl()
-    if not _loaded_by:
+    if not _loaded:
         caches.settle()
-    _loaded_by = os.getpid()
+    _loaded = True
     try:
         platforms = cl.get_platforms()
     except cl.Error:

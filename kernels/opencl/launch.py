@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import KeysView, Mapping
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -32,14 +33,24 @@ class Owner(Protocol):
         ...
 
 
+@cache
+def _range(scalar: np.dtype) -> tuple[int, int] | None:
+    """Least and largest value of an integer type; None of another one."""
+    if scalar.kind not in "iu":
+        return None
+    info = np.iinfo(scalar)
+    return info.min, info.max
+
+
 class Launch:
     """One kernel with its arguments set, ready to be enqueued any number of times."""
 
     def __init__(
         self,
         device: Owner,
+        name: str,
         kernel: Any,
-        parameters: tuple[Parameter, ...],
+        parameters: Mapping[str, tuple[int, Parameter]],
         stage: str,
         items: int | tuple[int, int],
         local: tuple[int, ...],
@@ -48,24 +59,21 @@ class Launch:
     ) -> None:
         self.stage = stage
         self._device = device
-        self._kernel = kernel
-        self._position = {p.name: (i, p) for i, p in enumerate(parameters)}
+        self._name, self._kernel = name, kernel
+        self._position = parameters
         self._held: dict[str, Any] = {}  # buffers stay alive as long as the launch
         self._local = local
         self._loaded = loaded  # of the program: names and group sizes that have run
-        self._key = (kernel.function_name, local)
+        self._key = (name, local)
         self.items = items
-        missing = sorted(set(self._position) - set(arguments))
-        if missing:
-            raise TypeError(
-                f"{kernel.function_name}: expected arguments {missing}, got none of them"
-            )
+        if missing := sorted(self._position.keys() - arguments.keys()):
+            raise TypeError(f"{name}: expected arguments {missing}, got none of them")
         self.set(**arguments)
 
     @property
     def parameters(self) -> KeysView[str]:
         """Names of the kernel's parameters."""
-        return self._position.keys()
+        return KeysView(self._position)
 
     @property
     def items(self) -> tuple[int, ...]:
@@ -85,31 +93,33 @@ class Launch:
         for name, value in arguments.items():
             if name not in self._position:
                 expected = ", ".join(self._position)
-                raise TypeError(
-                    f"{self._kernel.function_name}: expected one of {expected}, got {name}"
-                )
+                raise TypeError(f"{self._name}: expected one of {expected}, got {name}")
             index, parameter = self._position[name]
             self._kernel.set_arg(index, self._argument(parameter, value))
             self._held[name] = value
 
     def _argument(self, parameter: Parameter, value: Any) -> Any:
-        where = f"{self._kernel.function_name}: {parameter.name}"
         if parameter.space == "local":
             return self._device.cl.LocalMemory(int(value))
         if parameter.space:
             if not isinstance(value, Buffer):
+                where = f"{self._name}: {parameter.name}"
                 raise TypeError(f"{where}: expected a Buffer, got {type(value).__name__}")
             if value.dtype.itemsize != parameter.scalar.itemsize or (
                 (value.dtype.kind == "f") != (parameter.scalar.kind == "f")
             ):
                 raise TypeError(
-                    f"{where}: expected {parameter.scalar}, got {value.name} of {value.dtype}"
+                    f"{self._name}: {parameter.name}: expected {parameter.scalar}, "
+                    f"got {value.name} of {value.dtype}"
                 )
             return value.memory
         if parameter.lanes == 1:
-            info = np.iinfo(parameter.scalar) if parameter.scalar.kind in "iu" else None
-            if info is not None and not info.min <= int(value) <= info.max:
-                raise ValueError(f"{where}: expected {info.min} to {info.max}, got {value}")
+            bounds = _range(parameter.scalar)
+            if bounds is not None and not bounds[0] <= int(value) <= bounds[1]:
+                least, most = bounds
+                raise ValueError(
+                    f"{self._name}: {parameter.name}: expected {least} to {most}, got {value}"
+                )
             return parameter.scalar.type(value)
         lanes = 4 if parameter.lanes == 3 else parameter.lanes
         vector = np.zeros(lanes, parameter.scalar)
@@ -136,6 +146,10 @@ class Program:
         self._device = device
         self._program = program
         self.kernels = kernel_parameters(source)
+        self._positions = {
+            name: {p.name: (i, p) for i, p in enumerate(parameters)}
+            for name, parameters in self.kernels.items()
+        }
         # pyopencl takes 0.2 ms for each new kernel object: those of launches that are gone serve again
         self._spare: dict[str, list[Any]] = {name: [] for name in self.kernels}
         self._loaded: set[Any] = set()
@@ -171,8 +185,9 @@ class Program:
         spare = self._spare[kernel]
         made = spare.pop() if spare else self._made(kernel)
         launch = Launch(
-            self._device, made, self.kernels[kernel], stage, items, sizes, arguments, self._loaded
-        )
+            self._device, kernel, made, self._positions[kernel], stage, items, sizes, arguments,
+            self._loaded,
+        )  # fmt: skip
         weakref.finalize(launch, spare.append, made).atexit = False
         return launch
 

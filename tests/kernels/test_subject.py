@@ -116,6 +116,7 @@ def test_subject_of_several_surfaces_counts_and_reads_them_all(device, spread, t
     assert spread.counters() == {"vertices": 9, "triangles": 3}
     assert [mesh.triangle_count for mesh in spread.result()] == [2, 1]
     spread.output = ()
+    spread.enqueue(Frame(), Timeline())
     assert spread.live() == (0, 0)
     assert spread.result() == []
 
