@@ -10,7 +10,7 @@
 //           bounds        uint[slab_count + 1]         first cell of each slab
 //           pieces        uint[3 * triangle_count + 4 * chunk_count]  ranks of surviving triangles, one piece per chunk
 //           piece_counts  uint[chunk_count]            triangles in each piece
-//           lists         uint[BLOCK * blocks]         triangles, in blocks; a chunk takes its own blocks, as it needs them
+//           lists         uint[3 * BLOCK * blocks]     triangles, in blocks; a chunk takes its own blocks, as it needs them
 //           links         uint[blocks]                 the block that follows in its list
 //           heads         uint[2 * slab_count * chunk_count]  of each chunk, by slab: first block, triangles in all
 //           maps          float[16 * (capacity * map_count + slab_count)]  as in geometry.cl; then a row of each slab for
@@ -18,8 +18,8 @@
 // Needs     common/chunk.cl cluster/quadric_clustering/share.cl cluster/quadric_clustering/geometry.cl
 // Plain     cluster/quadric_clustering/reference.py
 
-#define BINS 2048 // as host.py has it
-#define BLOCK 64  // as host.py has it
+#define BINS 1024 // as slabs.py has it
+#define BLOCK 128  // as slabs.py has it
 #define MOST_SLABS 256
 
 __kernel void quadric_clustering_geometry_slabs_sample(
@@ -29,32 +29,32 @@ __kernel void quadric_clustering_geometry_slabs_sample(
     const uint shift,
     const uint stride,
     const uint triangle_count,
-    const uint chunk_count)
+    const uint sample_count)
 {
-    const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count) return;
+    const uint sample = get_global_id(0);
+    if (sample >= sample_count) return;
 
     uint bins[BINS];
     for (uint b = 0; b < BINS; ++b) bins[b] = 0;
-    const uint2 share = geometry_share(chunk, chunk_count, triangle_count);
+    const uint2 share = geometry_share(sample, sample_count, triangle_count);
     for (ulong t = share.x; t < share.y; t += stride) {
         const uint3 v = vload3((size_t)t, triangles);
-        ++bins[min(geometry_rank(points, v.x) >> shift, BINS - 1u)];
-        ++bins[min(geometry_rank(points, v.y) >> shift, BINS - 1u)];
-        ++bins[min(geometry_rank(points, v.z) >> shift, BINS - 1u)];
+        ++bins[geometry_rank(points, v.x) >> shift];
+        ++bins[geometry_rank(points, v.y) >> shift];
+        ++bins[geometry_rank(points, v.z) >> shift];
     }
-    for (uint b = 0; b < BINS; ++b) samples[BINS * chunk + b] = bins[b];
+    for (uint b = 0; b < BINS; ++b) samples[BINS * sample + b] = bins[b];
 }
 
 // The slab of each bin, so that slabs have like numbers of sampled corners: every chunk finds the same, which takes less
 // than a launch of its own would
 static inline void slabs_cut(
-    __global const uint *restrict samples, uchar *slabs, const uint slab_count, const uint chunk_count)
+    __global const uint *restrict samples, uchar *slabs, const uint slab_count, const uint sample_count)
 {
     uint bins[BINS];
     for (uint b = 0; b < BINS; ++b) bins[b] = 0;
-    for (uint chunk = 0; chunk < chunk_count; ++chunk)
-        for (uint b = 0; b < BINS; ++b) bins[b] += samples[BINS * chunk + b];
+    for (uint sample = 0; sample < sample_count; ++sample)
+        for (uint b = 0; b < BINS; ++b) bins[b] += samples[BINS * sample + b];
     ulong total = 0;
     for (uint b = 0; b < BINS; ++b) total += bins[b];
     ulong before = 0;
@@ -64,15 +64,20 @@ static inline void slabs_cut(
     }
 }
 
-// where the next triangle of one slab goes
-typedef struct { uint block, count; } slabs_end;
+// where the next triangle of one slab goes: its place among all blocks, and how many went into full ones
+typedef struct { uint place, before; } slabs_end;
 
-INLINE void slabs_push(__global uint *restrict lists, __global uint *restrict links, slabs_end *end, uint *next, const uint t)
+// writes a triangle behind a list, and moves its end if `is_in`
+INLINE void slabs_push(__global uint *restrict lists, __global uint *restrict links, slabs_end *end, uint *next,
+    const uint3 v, const bool is_in)
 {
-    lists[BLOCK * (size_t)end->block + end->count % BLOCK] = t;
-    if (++end->count % BLOCK) return;
-    links[end->block] = *next;
-    end->block = (*next)++;
+    const uint place = end->place;
+    vstore3(v, place, lists);
+    end->place = place + is_in;
+    if (!(is_in & (place % BLOCK == BLOCK - 1))) return;
+    links[place / BLOCK] = *next;
+    end->place = BLOCK * (*next)++;
+    end->before += BLOCK;
 }
 
 __kernel void quadric_clustering_geometry_slabs_list(
@@ -86,9 +91,10 @@ __kernel void quadric_clustering_geometry_slabs_list(
     __global uint *restrict links,
     __global uint2 *restrict heads,
     const uint shift,
+    const uint sample_count,
     const uint slab_count,
     const uint capacity,
-    const uint emit, // the pieces too
+    const uint emit, // words that a survivor takes of a piece: 3, or 0 where no one asks for them
     const uint triangle_count,
     const uint chunk_count)
 {
@@ -96,7 +102,7 @@ __kernel void quadric_clustering_geometry_slabs_list(
     if (chunk >= chunk_count) return;
 
     uchar slabs[BINS];
-    slabs_cut(samples, slabs, slab_count, chunk_count);
+    slabs_cut(samples, slabs, slab_count, sample_count);
     if (chunk == 0) {
         uint slab = 0;
         for (uint b = 0; b < BINS; ++b)
@@ -109,7 +115,7 @@ __kernel void quadric_clustering_geometry_slabs_list(
     const uint first = (uint)(3 * (ulong)share.x / BLOCK) + (slab_count + 1) * chunk;
     uint next = first + slab_count;
     slabs_end ends[MOST_SLABS];
-    for (uint s = 0; s < slab_count; ++s) ends[s] = (slabs_end){first + s, 0};
+    for (uint s = 0; s < slab_count; ++s) ends[s] = (slabs_end){BLOCK * (first + s), 0};
     __global uint *piece = pieces + 3 * (size_t)share.x + 4 * chunk;
     __global uint *out = piece;
     for (uint t = share.x; t < share.y; ++t) {
@@ -119,41 +125,35 @@ __kernel void quadric_clustering_geometry_slabs_list(
         prefetch(points + ahead[2], 1);
         const uint3 v = vload3(t, triangles);
         const uint a = geometry_rank(points, v.x), b = geometry_rank(points, v.y), c = geometry_rank(points, v.z);
-        if (emit) {
-            out[0] = a;
-            out[1] = b;
-            out[2] = c;
-            out += 3 * ((a != b) & (b != c) & (c != a));
+        out[0] = a;
+        out[1] = b;
+        out[2] = c;
+        out += (a != b) & (b != c) & (c != a) ? emit : 0;
+        const uint sa = slabs[a >> shift];
+        const uint sb = slabs[b >> shift];
+        const uint sc = slabs[c >> shift];
+        slabs_push(lists, links, ends + sa, &next, v, true);
+        if ((sb != sa) | (sc != sa)) { // of the three slabs each once
+            slabs_push(lists, links, ends + sb, &next, v, sb != sa);
+            slabs_push(lists, links, ends + sc, &next, v, (sc != sa) & (sc != sb));
         }
-        const uint sa = slabs[min(a >> shift, BINS - 1u)];
-        const uint sb = slabs[min(b >> shift, BINS - 1u)];
-        const uint sc = slabs[min(c >> shift, BINS - 1u)];
-        slabs_push(lists, links, ends + sa, &next, t);
-        if (sb != sa) slabs_push(lists, links, ends + sb, &next, t);
-        if (sc != sa && sc != sb) slabs_push(lists, links, ends + sc, &next, t);
     }
     piece_counts[chunk] = (uint)((out - piece) / 3);
-    for (uint s = 0; s < slab_count; ++s) heads[slab_count * chunk + s] = (uint2)(first + s, ends[s].count);
+    for (uint s = 0; s < slab_count; ++s) heads[slab_count * chunk + s] = (uint2)(first + s, ends[s].before + ends[s].place % BLOCK);
 }
 
 // up to eight triangles of a list
-INLINE void slabs_add(__global const float4 *points, __global const uint *restrict triangles,
-    __global float8 *restrict map, const geometry_cells cells, __global const uint *restrict list, const uint count)
+INLINE void slabs_add(__global const float4 *points, __global float8 *restrict map, const geometry_cells cells,
+    __global const uint *restrict list, const uint count)
 {
     uint index[24];
 #pragma unroll
-    for (uint j = 0; j < 8; ++j) {
-        __global const uint *v = triangles + 3 * (size_t)list[j < count ? j : count - 1];
-        index[3 * j] = v[0];
-        index[3 * j + 1] = v[1];
-        index[3 * j + 2] = v[2];
-    }
+    for (uint j = 0; j < 24; ++j) index[j] = list[j / 3 < count ? j : j % 3];
     geometry_eight_triangles(points, map, cells, 0, index, count, false);
 }
 
 __kernel void quadric_clustering_geometry_slabs_sum(
     __global const float4 *points,
-    __global const uint *restrict triangles,
     __global const uint *restrict bounds,
     __global const uint *restrict lists,
     __global const uint *restrict links,
@@ -179,11 +179,16 @@ __kernel void quadric_clustering_geometry_slabs_sum(
             const uint2 head = heads[slab_count * chunk + slab];
             uint block = head.x;
             for (uint left = head.y; left;) {
-                __global const uint *list = lists + BLOCK * (size_t)block;
+                __global const uint *list = lists + 3 * BLOCK * (size_t)block;
                 const uint here = min(left, (uint)BLOCK);
                 uint i = 0;
-                for (; i + 8 <= here; i += 8) slabs_add(points, triangles, map, cells, list + i, 8);
-                if (i < here) slabs_add(points, triangles, map, cells, list + i, here - i);
+                for (; i + 8 <= here; i += 8) {
+                    __global const uint *ahead = list + 3 * min(i + AHEAD, here - 8);
+#pragma unroll
+                    for (uint j = 0; j < 24; ++j) prefetch(points + ahead[j], 1);
+                    slabs_add(points, map, cells, list + 3 * i, 8);
+                }
+                if (i < here) slabs_add(points, map, cells, list + 3 * i, here - i);
                 left -= here;
                 if (left) block = links[block];
             }

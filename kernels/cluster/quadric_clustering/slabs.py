@@ -15,11 +15,12 @@ if TYPE_CHECKING:
     from lodbench.kernels.cluster.quadric_clustering.host import QuadricClustering
 
 FILE = "cluster/quadric_clustering/geometry_slabs.cl"
-BINS = 2048  # as the kernels have it: what slabs are made of
-BLOCK = 64  # triangles in a block of a list, as the kernels have it
+BINS = 1024  # as the kernels have it: what slabs are made of
+BLOCK = 128  # triangles in a block of a list, as the kernels have it
 MOST_SLABS = 256
 PER_CORE = 2  # slabs, so that a core with an easy one takes another
-SAMPLED = 1 << 16  # triangles by whose corners slabs are cut
+SAMPLES = 16  # items that take them
+SAMPLED = 1 << 14  # triangles by whose corners slabs are cut
 _PREFIX = "quadric_clustering_geometry_slabs_"
 
 
@@ -48,7 +49,7 @@ def add_slabs(subject: QuadricClustering) -> Buffer:
     ```
     samples       uint  [chunks, BINS]          corners of some triangles by bins of cells
     bounds        uint  [slabs + 1]             first cell of each slab
-    lists         uint  [blocks, BLOCK]         triangles that touch a slab, in order; links: the block after
+    lists         uint  [blocks, BLOCK, 3]      triangles that touch a slab, in order; links: the block after
     heads         uint  [chunks, slabs, 2]      first block and length of a chunk's list
     maps          float [maps * capacity + slabs, 16]
     ```
@@ -60,11 +61,11 @@ def add_slabs(subject: QuadricClustering) -> Buffer:
     slabs = slab_count(device, params, count)
     chunks = params.chunks * -(-slabs // params.chunks)
     blocks = 3 * count // BLOCK + (slabs + 1) * chunks
-    mesh = {"points": subject.points, "triangles": upload.triangles}
-    samples = subject.allocate("samples", (chunks, BINS), np.uint32)
+    mesh = {"triangles": upload.triangles, "triangle_count": count}
+    samples = subject.allocate("samples", (SAMPLES, BINS), np.uint32)
     bounds = subject.allocate("bounds", slabs + 1, np.uint32)
     lists = {
-        "lists": subject.allocate("lists", (blocks, BLOCK), np.uint32),
+        "lists": subject.allocate("lists", (blocks, BLOCK, 3), np.uint32),
         "links": subject.allocate("links", blocks, np.uint32),
         "heads": subject.allocate("heads", (chunks, slabs, 2), np.uint32),
     }
@@ -75,16 +76,15 @@ def add_slabs(subject: QuadricClustering) -> Buffer:
         program = subject.program(_PREFIX + kernel)
         launch = program.launch(
             _PREFIX + kernel, items, stage=subject.first, local=chunk_local(device),
-            chunk_count=chunks, **mesh, **arguments,
+            points=subject.points, **arguments,
         )  # fmt: skip
         subject.add(launch, **amounts)
 
-    add("sample", chunks, {}, samples=samples, shift=shift,
-        stride=max(1, count // SAMPLED), triangle_count=count)  # fmt: skip
-    add("list", chunks, {"bytes": WORD * count}, samples=samples, bounds=bounds, shift=shift,
-        slab_count=slabs, capacity=capacity, emit=int(subject.fused), triangle_count=count,
-        **subject.pieces(chunks), **lists)  # fmt: skip
+    cut = {"samples": samples, "sample_count": SAMPLES, "shift": shift}
+    add("sample", SAMPLES, {}, stride=max(1, count // SAMPLED), **mesh, **cut)  # fmt: skip
+    add("list", chunks, {"bytes": WORD * count}, bounds=bounds, slab_count=slabs, capacity=capacity, emit=3 * subject.fused, chunk_count=chunks,
+        **mesh, **cut, **subject.pieces(chunks), **lists)  # fmt: skip
     add("sum", slabs, {"bytes": POINT * count + subject.points.size_bytes + maps.size_bytes},
         bounds=bounds, maps=maps, map_count=params.chunks, capacity=capacity, slab_count=slabs,
-        **lists)  # fmt: skip
+        chunk_count=chunks, **lists)  # fmt: skip
     return maps
