@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import weakref
 from collections.abc import KeysView, Mapping
 from functools import cache
@@ -88,6 +89,11 @@ class Launch:
             for n, size in zip(self._items, self._local, strict=True)
         )
 
+    @property
+    def groups(self) -> int:
+        """Work-groups of the padded launch."""
+        return math.prod(self._global) // math.prod(self._local)
+
     def set(self, **arguments: Any) -> None:
         """Set arguments by name: a `Buffer` for a pointer, a number or a short tuple for a value."""
         for name, value in arguments.items():
@@ -128,12 +134,20 @@ class Launch:
 
     def __call__(self, timeline: Timeline) -> Any:
         """Enqueue; never waits. Returns the event, which `timeline` also keeps under the launch's stage."""
+        return self._enqueue(timeline, self._global, None)
+
+    def group(self, timeline: Timeline, index: int) -> Any:
+        """Enqueue one work-group of a launch in one dimension and no other, to time it alone."""
+        (size,) = self._local
+        return self._enqueue(timeline, self._local, (index * size,))
+
+    def _enqueue(self, timeline: Timeline, items: tuple[int, ...], first: Any) -> Any:
         cl = self._device.cl
         if self._key not in self._loaded:
             self._loaded.add(self._key)
             self._device.loads()
         event = cl.enqueue_nd_range_kernel(
-            self._device.queue, self._kernel, self._global, self._local
+            self._device.queue, self._kernel, items, self._local, first
         )
         timeline.add(self.stage, event)
         return event

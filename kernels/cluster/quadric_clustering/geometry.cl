@@ -29,19 +29,34 @@ INLINE uint geometry_rank(__global const float4 *points, const uint v)
     return ((__global const uint *)points)[4 * (size_t)v + 3];
 }
 
+// the cells of a map that are added to: all, or `count` of them from `first` on; what belongs to another goes to the row
+// `other`, which no one reads, since a branch would cost more
+typedef struct {
+    bool all;
+    uint first, count;
+    size_t other;
+} geometry_cells;
+
+#define GEOMETRY_ALL ((geometry_cells){true, 0, 0, 0})
+
+INLINE __global float8 *geometry_row(__global float8 *restrict map, const uint rank, const geometry_cells cells)
+{
+    return map + 2 * (cells.all || rank - cells.first < cells.count ? (size_t)rank : cells.other);
+}
+
 // Adds one triangle to its three cells, all three even when they are the same: a branch would cost more; writes its
 // ranks to `out` and returns the next free place, which is the same when the triangle does not survive
-INLINE __global uint *geometry_add(__global const float4 *points, __global float8 *restrict map,
+INLINE __global uint *geometry_add(__global const float4 *points, __global float8 *restrict map, const geometry_cells cells,
     __global uint *out, const uint *index, const float8 low, const float4 rest, const uint step, const bool emit)
 {
     const uint a = geometry_rank(points, index[0]), b = geometry_rank(points, index[1]), c = geometry_rank(points, index[2]);
-    __global float8 *cell = map + 2 * (size_t)a;
+    __global float8 *cell = geometry_row(map, a, cells);
     cell[0] += low;
     cell[1] += (float8)(rest, points[index[0]].xyz, 1.0f);
-    cell = map + 2 * (size_t)b;
+    cell = geometry_row(map, b, cells);
     cell[0] += low;
     cell[1] += (float8)(rest, points[index[1]].xyz, 1.0f);
-    cell = map + 2 * (size_t)c;
+    cell = geometry_row(map, c, cells);
     cell[0] += low;
     cell[1] += (float8)(rest, points[index[2]].xyz, 1.0f);
     if (!emit) return out;
@@ -53,7 +68,7 @@ INLINE __global uint *geometry_add(__global const float4 *points, __global float
 
 // eight triangles given by 24 indices; those from `count` on only fill up the eight, and are not added
 INLINE __global uint *geometry_eight_triangles(__global const float4 *points, __global float8 *restrict map,
-    __global uint *out, const uint *index, const uint count, const bool emit)
+    const geometry_cells cells, __global uint *out, const uint *index, const uint count, const bool emit)
 {
     const fours8 a = geometry_corner(points, index);
     const fours8 b = geometry_corner(points, index + 1);
@@ -81,14 +96,14 @@ INLINE __global uint *geometry_eight_triangles(__global const float4 *points, __
     const fours8 q = transpose_fours(xx, xy, xz, yy), r = transpose_fours(yz, zz, bx, by);
     const fours8 s = transpose_fours(bz, survives, (float8)(0.0f), (float8)(0.0f));
 
-    out = geometry_add(points, map, out, index, (float8)(q.x.lo, r.x.lo), s.x.lo, step.s0, emit);
-    if (count > 1) out = geometry_add(points, map, out, index + 3, (float8)(q.y.lo, r.y.lo), s.y.lo, step.s1, emit);
-    if (count > 2) out = geometry_add(points, map, out, index + 6, (float8)(q.z.lo, r.z.lo), s.z.lo, step.s2, emit);
-    if (count > 3) out = geometry_add(points, map, out, index + 9, (float8)(q.w.lo, r.w.lo), s.w.lo, step.s3, emit);
-    if (count > 4) out = geometry_add(points, map, out, index + 12, (float8)(q.x.hi, r.x.hi), s.x.hi, step.s4, emit);
-    if (count > 5) out = geometry_add(points, map, out, index + 15, (float8)(q.y.hi, r.y.hi), s.y.hi, step.s5, emit);
-    if (count > 6) out = geometry_add(points, map, out, index + 18, (float8)(q.z.hi, r.z.hi), s.z.hi, step.s6, emit);
-    if (count > 7) out = geometry_add(points, map, out, index + 21, (float8)(q.w.hi, r.w.hi), s.w.hi, step.s7, emit);
+    out = geometry_add(points, map, cells, out, index, (float8)(q.x.lo, r.x.lo), s.x.lo, step.s0, emit);
+    if (count > 1) out = geometry_add(points, map, cells, out, index + 3, (float8)(q.y.lo, r.y.lo), s.y.lo, step.s1, emit);
+    if (count > 2) out = geometry_add(points, map, cells, out, index + 6, (float8)(q.z.lo, r.z.lo), s.z.lo, step.s2, emit);
+    if (count > 3) out = geometry_add(points, map, cells, out, index + 9, (float8)(q.w.lo, r.w.lo), s.w.lo, step.s3, emit);
+    if (count > 4) out = geometry_add(points, map, cells, out, index + 12, (float8)(q.x.hi, r.x.hi), s.x.hi, step.s4, emit);
+    if (count > 5) out = geometry_add(points, map, cells, out, index + 15, (float8)(q.y.hi, r.y.hi), s.y.hi, step.s5, emit);
+    if (count > 6) out = geometry_add(points, map, cells, out, index + 18, (float8)(q.z.hi, r.z.hi), s.z.hi, step.s6, emit);
+    if (count > 7) out = geometry_add(points, map, cells, out, index + 21, (float8)(q.w.hi, r.w.hi), s.w.hi, step.s7, emit);
     return out;
 }
 
@@ -108,7 +123,7 @@ INLINE __global uint *geometry_last_triangles(__global const float4 *points, __g
         const size_t row = min(t + j, share.y - 1);
         for (uint corner = 0; corner < 3; ++corner) index[3 * j + corner] = triangles[3 * row + corner];
     }
-    return geometry_eight_triangles(points, map, out, index, share.y - t, emit);
+    return geometry_eight_triangles(points, map, GEOMETRY_ALL, out, index, share.y - t, emit);
 }
 
 INLINE __global uint *geometry_next_triangles(__global const float4 *points, __global const uint *restrict triangles,
@@ -121,7 +136,7 @@ INLINE __global uint *geometry_next_triangles(__global const float4 *points, __g
     uint index[24];
 #pragma unroll
     for (uint i = 0; i < 24; ++i) index[i] = triangles[3 * (size_t)t + i];
-    return geometry_eight_triangles(points, map, out, index, 8, emit);
+    return geometry_eight_triangles(points, map, GEOMETRY_ALL, out, index, 8, emit);
 }
 
 __kernel void quadric_clustering_geometry_accumulate(

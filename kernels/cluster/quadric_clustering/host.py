@@ -10,19 +10,21 @@ import numpy as np
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster import prepare as family
 from lodbench.kernels.cluster.clustering import Clustering
+from lodbench.kernels.cluster.quadric_clustering import slabs
 from lodbench.kernels.cluster.quadric_clustering.params import HEAVINESS, Params
 from lodbench.kernels.cluster.quadric_clustering.reference import KINDS, simplify
 from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.search import Found
 from lodbench.kernels.cluster.unchanged import Unchanged
 from lodbench.kernels.cluster.upload import Upload
-from lodbench.kernels.opencl import Device, Timeline, Unsupported
+from lodbench.kernels.opencl import Buffer, Device, Timeline, Unsupported
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.subject import POINT
 from lodbench.kernels.system import Check
 
 PLACEMENTS = {"robust": 0, "paper": 1, "average": 2}
 SUM_LANES = 14
+WALK_FLOPS = 112  # a triangle: 70 for a plane and its products, 14 sums at each of 3 corners
 FOLDER = "cluster/quadric_clustering"
 FILES = tuple(
     f"{FOLDER}/{name}.cl" for name in ("setup", "fragment", "geometry", "geometry_emit", "border")
@@ -32,7 +34,8 @@ _PREFIX = "quadric_clustering_"
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Clustering | Unchanged:
     """See `cluster/prepare.py`; fixed_point needs 64-bit atomics."""
-    return family.prepare(device, mesh, params, QuadricClustering, FILES)
+    more = (slabs.FILE,) if slabs.chosen(device, params) == "slabs" else ()
+    return family.prepare(device, mesh, params, QuadricClustering, (*FILES, *more))
 
 
 class QuadricClustering(Clustering):
@@ -43,7 +46,8 @@ class QuadricClustering(Clustering):
     ```
 
     Attributes:
-        private: one float map per chunk, else one of integers.
+        accumulate: how it is filled: never "auto".
+        floats: one float map per chunk, else one of integers.
         fused: passes 1 and 3 in one walk.
         first, third: the stage names of passes 1 and 3.
     """
@@ -53,14 +57,12 @@ class QuadricClustering(Clustering):
     def __init__(self, upload: Upload, params: Params, found: Found | None = None) -> None:
         super().__init__(upload, params, found)
         device = upload.device
-        accumulate = params.accumulate
-        if accumulate == "auto":
-            accumulate = "private" if device.is_cpu else "fixed_point"
-        self.private = accumulate == "private"
-        self.fused = self.private and params.strategy == "fused"
-        if not self.private:
-            if "cl_khr_int64_base_atomics" not in device.facts.extensions:
-                raise Unsupported("needs cl_khr_int64_base_atomics, device has none")
+        self.accumulate = slabs.chosen(device, params)
+        self.floats = self.accumulate != "fixed_point"
+        self.fused = self.floats and params.strategy == "fused"
+        if not self.floats and "cl_khr_int64_base_atomics" not in device.facts.extensions:
+            raise Unsupported("needs cl_khr_int64_base_atomics, device has none")
+        if not self.floats:
             with self.setup.host("build"):
                 files = (f"{FOLDER}/geometry_fixed_point.cl", f"{FOLDER}/border_fixed_point.cl")
                 self._programs.append(device.build(*files))
@@ -69,30 +71,33 @@ class QuadricClustering(Clustering):
         with self.setup.host("size"):
             self.find_cells(self.first)
         self._prepare_sums()
+        if params.holds_border and len(self.border):
+            self._hold_border()
         self._prepare_solve()
         self.compact("pass_2")
         walked = None
         if self.fused:
             walked = {
                 "kernel": _PREFIX + "geometry_emit_join", "pieces": self._pieces,
-                "piece_counts": self._piece_counts, "map_count": params.chunks,
+                "piece_counts": self._piece_counts, "map_count": self._pieces_of,
             }  # fmt: skip
         self.emit(self.third, params.remove_duplicates, walked)
-        self.ready(self.private, self.fused, params.remove_duplicates)
+        self.ready(self.accumulate, self.fused, params.remove_duplicates)
 
     def _prepare_sums(self) -> None:
         """The cluster map and the walk over the triangles that fills it."""
+        if self.accumulate == "slabs":
+            self.sums = slabs.add_slabs(self)
+            return
         chunks, capacity, count = self.params.chunks, self.capacity, self._triangles
         arguments: dict[str, Any] = {
             "points": self.points, "triangles": self._upload.triangles, "triangle_count": count,
         }  # fmt: skip
-        if self.private:
+        if self.floats:
             self.sums = self.allocate("maps", (chunks, capacity, 16), np.float32)
             arguments |= {"maps": self.sums, "map_count": chunks, "capacity": capacity}
             if self.fused:
-                self._pieces = self.allocate("pieces", 3 * count + 4 * chunks, np.uint32)
-                self._piece_counts = self.allocate("piece_counts", chunks, np.uint32)
-                arguments |= {"pieces": self._pieces, "piece_counts": self._piece_counts}
+                arguments |= self.pieces(chunks)
             name = _PREFIX + ("geometry_fused" if self.fused else "geometry_accumulate")
             items, local = chunks, 1
         else:
@@ -105,10 +110,8 @@ class QuadricClustering(Clustering):
         self.add(
             self.program(name).launch(name, items, stage=self.first, local=local, **arguments),
             bytes=POINT * count + self.points.size_bytes + self.sums.size_bytes,
-            flops=112 * count,  # 70 for a plane and its products, 14 sums at each of 3 corners
+            flops=WALK_FLOPS * count,
         )
-        if self.params.holds_border and len(self.border):
-            self._hold_border()
 
     def _hold_border(self) -> None:
         """Border edges add the planes upright on their triangles to the cells of their ends."""
@@ -116,18 +119,25 @@ class QuadricClustering(Clustering):
         arguments: dict[str, Any] = {
             "points": self.points, "edges": edges, "edge_count": count, "heaviness": HEAVINESS,
         }  # fmt: skip
-        if self.private:
+        if self.floats:
             name, items = _PREFIX + "border_add", self.params.chunks
             arguments |= {"maps": self.sums, "map_count": items, "capacity": self.capacity}
         else:
             name, items = _PREFIX + "border_fixed_point", count
             arguments |= {"sums": self.sums, "scale": (*self._scale, 0)}
-        local = 1 if self.private else None
+        local = 1 if self.floats else None
         self.add(
             self.program(name).launch(name, items, stage=self.first, local=local, **arguments),
             bytes=POINT * count,
             flops=80 * count,
         )
+
+    def pieces(self, count: int) -> dict[str, Buffer]:
+        """Room for the survivors that a walk in `count` shares notes."""
+        self._pieces_of = count
+        self._pieces = self.allocate("pieces", 3 * self._triangles + 4 * count, np.uint32)
+        self._piece_counts = self.allocate("piece_counts", count, np.uint32)
+        return {"pieces": self._pieces, "piece_counts": self._piece_counts}
 
     def _fixed_point_scale(self) -> tuple[float, float, float]:
         """Powers of two for A, b and positions, as large as sums of all triangles in one cell allow.
@@ -169,11 +179,11 @@ class QuadricClustering(Clustering):
             "placement": PLACEMENTS[self.params.placement],
             "capacity": self.capacity,
         }
-        if self.private:
+        if self.floats:
             solve |= {"maps": self.sums, "map_count": self.params.chunks}
         else:
             solve |= {"sums": self.sums, "inverse_scale": (*(1 / s for s in self._scale), 0)}
-        kernel = "fragment_solve" if self.private else "fragment_solve_fixed_point"
+        kernel = "fragment_solve" if self.floats else "fragment_solve_fixed_point"
         self.add(
             self.launch(_PREFIX + kernel, self.capacity, "pass_2", **solve),
             bytes=self.sums.size_bytes,

@@ -19,6 +19,7 @@ from lodbench.kernels.system import run
 WAYS = {
     "fused": {},
     "separate": {"strategy": "separate"},
+    "slabs": {"accumulate": "slabs", "slabs": 5},
     "fixed_point": {"accumulate": "fixed_point"},
 }
 

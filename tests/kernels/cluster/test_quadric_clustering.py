@@ -27,6 +27,7 @@ from tests.tolerances import CLUSTER_PLANE, CLUSTER_RIDGE, ROUNDING32
 WAYS = {
     "fused": {},
     "separate": {"strategy": "separate"},
+    "slabs": {"accumulate": "slabs", "slabs": 5},
     "fixed_point": {"accumulate": "fixed_point"},
 }
 PLACEMENTS = ("robust", "paper", "average")
