@@ -34,6 +34,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "kernels/result.py": "kernels/test_api.py",
     "kernels/opencl/facts.py": "kernels/opencl/test_device.py",
     # through those who call it
+    "kernels/function_text.py": "kernels/refine/test_function.py",
     "kernels/common/probe.cl": "harness/doctor/test_examine.py",
     "kernels/common/displacement.cl": "kernels/refine/test_displacement.py",
     "kernels/common/function.cl": "kernels/refine/test_function.py",

@@ -131,7 +131,7 @@ def simplify(
 
     Example: lodbench simplify torus_20k small.ply --target-reduction 0.9
 
-    Finer at the right: lodbench simplify torus_20k fine.ply -n 2000 --region 1,0,0,0.3,8
+    Finer at the right: lodbench simplify torus_20k fine.ply -n 4000 --region 1,0,0,0.3,8
 
     Piped: lodbench simplify - - --format obj -n 500 < small.ply > smaller.obj
     """

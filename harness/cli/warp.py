@@ -56,4 +56,9 @@ def _view(text: str, surface: Any) -> Any:
         return mesh_view(surface, numbers)
     low, high = surface.box
     middle = (low.astype(float) + high) / 2
-    return look_at(numbers, middle if surface.origin is None else middle + surface.origin)
+    middle = middle if surface.origin is None else middle + surface.origin
+    try:
+        return look_at(numbers, middle)
+    except ValueError:
+        wanted = "view: expected an eye other than the middle of the mesh"
+        raise ValueError(f"{wanted}, got {text!r}") from None

@@ -28,6 +28,7 @@ STEPS = 1024  # of a table along each axis
 FAR = 1e6  # boxes: a region farther off, wider or narrower changes nothing that float32 shows
 FILE = "cluster/warp.cl"
 DEFINES = {"WARPED": 1, "WARP_STEPS": STEPS}
+LARGEST = 1e30  # of a matrix in float32, whose products are finite then
 MOST_EVEN = 500  # cells along an axis: a cube of them is within MAX_CELLS
 NEAREST = 1e-6  # of the depth in the middle of what is seen: nearer places, and those behind the eye, count as there
 
@@ -172,7 +173,7 @@ class ViewWarp(Warp):
             world_to_clip: (4, 4), of the same space as the positions.
 
         Raises:
-            ValueError: the matrix cannot be inverted.
+            ValueError: the matrix cannot be inverted, or not at the mesh's scale.
         """
         super().__init__(box)
         u = (positions.astype(np.float64) * self.scale - self.low) if len(positions) else None
@@ -181,19 +182,18 @@ class ViewWarp(Warp):
         rows[:, :3] /= self.scale
         rows /= np.abs(rows[3]).max() or 1.0
         least, middle, most = self._seen(rows, u)
-        try:
-            at = np.linalg.solve(rows, [*middle, 1.0])
-            at = at / at[3]
-            rows = rows / (rows[3] @ at)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            try:
+                at = np.linalg.solve(rows, [*middle, 1.0])
+            except np.linalg.LinAlgError:
+                at = np.full(4, np.nan)
+            rows = rows / (rows[3] @ (at / at[3]))
             rows[:3] -= middle[:, None] * rows[3]
             reach = 1 / np.linalg.norm(rows[:3, :3], axis=1)
             rows[:3] *= reach[:, None]
-            fits = np.isfinite(rows).all() and np.abs(rows).max() < 1e30
-        except (np.linalg.LinAlgError, FloatingPointError):
-            fits = False
-        if not fits:
+        if not (np.abs(rows) < LARGEST).all():  # a NaN is not either
             raise ValueError(
-                "view: expected a world_to_clip that can be inverted, got one that cannot"
+                "view: expected a world_to_clip that can be inverted about the mesh, got one that cannot"
             )
         self.rows = rows.astype(np.float32)
         self.least = ((least - middle) * reach).astype(np.float32)
