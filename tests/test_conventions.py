@@ -34,6 +34,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "kernels/result.py": "kernels/test_api.py",
     "kernels/opencl/facts.py": "kernels/opencl/test_device.py",
     # through those who call it
+    "kernels/function_text.py": "kernels/refine/test_function.py",
     "kernels/common/probe.cl": "harness/doctor/test_examine.py",
     "kernels/common/displacement.cl": "kernels/refine/test_displacement.py",
     "kernels/common/function.cl": "kernels/refine/test_function.py",
@@ -69,7 +70,6 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/tables/gmr05_path.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_st_mesh.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_pn.py": "harness/tables/test_gmr05.py",
-    "harness/tables/scaling.py": "harness/tables/test_scaling.py",
     "harness/tables/w14_parameterisation.py": "harness/tables/test_w14.py",
     "harness/tables/w14_scale.py": "harness/tables/test_w14.py",
     "harness/tables/w14_table1.py": "harness/tables/test_w14.py",

@@ -17,7 +17,7 @@ def displacement(text: str) -> dict[str, Any]:
         ValueError: another form; FileError where a file cannot be read.
     """
     if Path(text).suffix.lower() == FUNCTION:
-        return {"displacement": "function", "function": _function(Path(text))}
+        return {"displacement": "function", "function": text_of(Path(text))}
     kind, _, numbers = text.rpartition(":")
     mapped = Path(kind).suffix.lower() in PICTURES
     names = ("amplitude", "map_bias" if mapped else "waves")
@@ -31,7 +31,12 @@ def displacement(text: str) -> dict[str, Any]:
     return options | ({"displacement": kind} if kind else {})
 
 
-def _function(path: Path) -> str:
+def text_of(path: Path) -> str:
+    """The OpenCL C in a file.
+
+    Raises:
+        FileError: it cannot be read, or is not UTF-8.
+    """
     from lodbench.datasets_gen.read import FileError, file_bytes
 
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -25,6 +26,7 @@ from lodbench.harness.cli.options import (
     QuietOption,
     parameters,
 )
+from lodbench.harness.cli.warp import warping
 
 
 def _cells(text: str | None) -> Any:
@@ -97,6 +99,28 @@ def simplify(
             help="A system with this verb; default: the first that takes the surface.",
         ),
     ] = None,
+    region: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--region",
+            help="X,Y,Z,RADIUS,WEIGHT, model units: cells WEIGHT times as fine there; may be repeated.",
+        ),
+    ] = None,
+    view: Annotated[
+        str | None,
+        typer.Option(
+            "--view",
+            help="AZIMUTH,ELEVATION as of render's --camera, or X,Y,Z of an eye: cells finer near to it.",
+        ),
+    ] = None,
+    warp: Annotated[
+        Path | None,
+        typer.Option(
+            "--warp",
+            help="FUNCTION.cl with float warp(const float t, const int axis), which rises with t from 0 to 1: "
+            "the steeper, the finer.",
+        ),
+    ] = None,
     settings: OwnOption = None,
     form: FormatOption = None,
     device: DeviceOption = None,
@@ -107,6 +131,8 @@ def simplify(
 
     Example: lodbench simplify torus_20k small.ply --target-reduction 0.9
 
+    Finer at the right: lodbench simplify torus_20k fine.ply -n 4000 --region 1,0,0,0.3,8
+
     Piped: lodbench simplify - - --format obj -n 500 < small.ply > smaller.obj
     """
     from lodbench.kernels import Device, simplify_mesh
@@ -115,11 +141,12 @@ def simplify(
     target = MeshTarget(out, form)
     target.check()
     found = read_source(source)
+    extra = parameters(settings) | warping(region, view, warp, found.surface)
     opened = Device.open(device)
     started = time.perf_counter()
     result = simplify_mesh(
         opened, found.surface, target_reduction=target_reduction, target_count=target_count, cells=grid,
-        method=method, **parameters(settings),
+        method=method, **extra,
     )  # fmt: skip
     _finish(result, found, target, started, json_output, quiet)
 

@@ -14,6 +14,7 @@ from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.search import Found
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.upload import Upload
+from lodbench.kernels.cluster.warp import Warp
 from lodbench.kernels.opencl import Buffer, Device, DeviceError, Launch, Program, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.subject import POINT, WORD, DeviceSubject, Step
@@ -32,17 +33,19 @@ class Clustering(DeviceSubject):
 
     ```
     state         uint  [4]               [0]: occupied cells
-    points        float [4 * vertices]    x y z in units of the largest cell edge, bits of the cell's rank
+    points        float [4 * vertices]    x y z in units of the largest even cell edge, bits of the cell's rank
     solved        float [4 * capacity]    representative in those units, kind; kind 0: no surviving triangle uses it
     chunk_sums    uint  [chunks]          used cells of each chunk of cells
     new_ranks     uint  [capacity]        output vertex of a cell
     vertices_out  float [3 * capacity]    output positions
     survivors     uint  [3 * triangles]   output triangles
     counts        uint  [2]               live output vertices and triangles
+    limits        float [capacity]        under a warp: the longest step of a representative, in the same units
     ```
 
     Attributes:
-        grid: the grid.
+        grid: the even grid over the mesh: all lengths are in its units.
+        cell_grid: the grid that the cells are those of: over the warped mesh where there is a warp, else the same.
         occupied: cells with a vertex, known once they have been counted.
         capacity: rows of what is kept per cell, at least 1.
         found: how a search got to the grid.
@@ -57,7 +60,10 @@ class Clustering(DeviceSubject):
         self._mesh, self._upload = upload.mesh, upload
         self._vertices, self._triangles = upload.mesh.vertex_count, upload.mesh.triangle_count
         self._programs: list[Program] = [upload.program]
-        self.grid = Grid.over(upload.low, upload.high, params.grid_cells)
+        self.cell_grid = Grid.over(*upload.box, params.grid_cells)
+        self.grid = self.cell_grid
+        if upload.warp is not None:
+            self.grid = upload.warp.even(params.grid_cells)
         self.border = upload.border_edges if params.uses_border else NO_EDGES
         self.kept = border_vertices(self.border) if params.keeps_border else NO_EDGES
 
@@ -75,7 +81,8 @@ class Clustering(DeviceSubject):
 
     def find_cells(self, stage: str) -> None:
         """Which cells are occupied, and their ranks; run once here, since their number sizes what comes after."""
-        words_count = -(-self.grid.cell_count // 64)
+        grid, upload = self.cell_grid, self._upload
+        words_count = -(-grid.cell_count // 64)
         most = max(self._vertices, self._triangles, words_count)
         chunks = chunk_count(self.device, most)
         self.chunk_sums = self.allocate("chunk_sums", chunks, np.uint32)
@@ -83,12 +90,15 @@ class Clustering(DeviceSubject):
         words = self.allocate("words", (words_count, 2), np.uint64)
         self.state = self.allocate("state", 4, np.uint32)
         place = {
-            "positions": self._upload.positions,
+            "positions": upload.placed,
             "vertex_count": self._vertices,
-            **self.grid.arguments,
+            **grid.arguments,
         }
         rank = {"words": words, "chunk_sums": self.chunk_sums, "word_count": words_count}
         eights = marks.view((words_count, 8), np.uint64)
+        if upload.warping is not None:
+            self.hold("scratch", upload.placed, upload.stretch)
+            self.add(upload.warping, bytes=POINT * self._vertices, stage=stage)
         self.fill(stage, marks, 0)
         for launch in (
             self.launch("cluster_cells_mark", self._vertices, stage, marks=marks, **place),
@@ -102,13 +112,16 @@ class Clustering(DeviceSubject):
         self.occupied = int(self.device.read(self.state)[0])
         self.capacity = max(self.occupied + len(self.kept), 1)
         self.points = self.allocate("points", (self._vertices, 4), np.float32)
-        self.placing = self.add(
+        self.add(
             self.launch(
                 "cluster_cells_place", self._vertices, stage,
                 words=words, points=self.points, capacity=self.capacity, **place,
             ),
             bytes=POINT * self._vertices + self.points.size_bytes,
         )  # fmt: skip
+        self.limits = self.allocate("limits", self.capacity if upload.warp else 1, np.float32)
+        if upload.warp is not None:
+            self._unwarp(upload, upload.warp, stage)
         self.solved = self.allocate("solved", (self.capacity, 4), np.float32)
         if len(self.kept):
             kept = self.upload("kept", self.kept, np.uint32)
@@ -123,6 +136,23 @@ class Clustering(DeviceSubject):
     def steps(self, frame: Frame) -> Sequence[Step]:
         """All that was added; the first frame goes on from where the set-up has found the cells."""
         return self._steps[self._found :] if self.frame is None else self._steps
+
+    def _unwarp(self, upload: Upload, warp: Warp, stage: str) -> None:
+        """Points where the mesh has them, in their warped cells, and how far those let a representative step."""
+        self.fill(stage, self.limits, 0)
+        launch = self.launch(
+            "cluster_warp_points", self._vertices, stage,
+            positions=upload.positions, stretch=upload.stretch, points=self.points,
+            limits=self.limits.view((self.capacity,), np.uint32), vertex_count=self._vertices,
+            low=self.grid.arguments["low"], inverse=self.grid.inverse,
+            **warp.limits(self.cell_grid, self.grid),
+        )  # fmt: skip
+        self.add(launch)
+
+    def place(self) -> None:
+        """Fill `points` outside of a frame, for what is to be known of them before the first."""
+        for step in self._steps:
+            step.enqueue(Timeline())
 
     def compact(self, stage: str) -> None:
         """The used cells' representatives become the output's vertices, in the order of their cells."""
@@ -217,7 +247,11 @@ class Clustering(DeviceSubject):
             counts=self.counts,
         )
         self.output = (surface,)
-        key, warm = (type(self), *kernels), _warm.setdefault(self.device, set())
+        warp = self._upload.warp
+        key, warm = (
+            (type(self), warp and warp.kernel, *kernels),
+            _warm.setdefault(self.device, set()),
+        )
         self.setup.from_cache["first_launch"] = key in warm
         if key not in warm:
             self.warm_up()
@@ -252,8 +286,8 @@ class Clustering(DeviceSubject):
         counters: dict[str, int | float] = {
             "vertices_in": self._vertices,
             "triangles_in": self._triangles,
-            "cells": self.grid.cell_count,
-            **{f"cells_{axis}": n for axis, n in zip("xyz", self.grid.counts, strict=True)},
+            "cells": self.cell_grid.cell_count,
+            **{f"cells_{axis}": n for axis, n in zip("xyz", self.cell_grid.counts, strict=True)},
             "cells_occupied": self.occupied,
             "border_edges": len(self.border),
         }

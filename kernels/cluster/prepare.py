@@ -17,6 +17,7 @@ from lodbench.kernels.cluster.survivors import DeviceSurvivors
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.unchanged import Unchanged, without_duplicates
 from lodbench.kernels.cluster.upload import Upload
+from lodbench.kernels.cluster.warped import warp_of
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.result import Result
 from lodbench.kernels.system import run
@@ -48,7 +49,7 @@ def prepare(
         ValueError: more than 2**27 cells.
         Unsupported: no room, or something that the device lacks.
     """
-    upload = Upload(device, mesh, files)
+    upload = Upload(device, mesh, files, warp_of(params, mesh, device))
     kept = border_vertices(upload.border_edges) if params.keeps_border else None
     asked = params.triangles(mesh.triangle_count)
     if asked is None:
@@ -101,7 +102,8 @@ def search_cells(
     """The grid that leaves at most `target_count` triangles, as `find_cells` says; seconds go to the stage "search"."""
     with upload.setup.host("search"):
         count = DeviceSurvivors(
-            upload.device, upload.program, upload.positions, upload.triangles,
-            (upload.low, upload.high), remove_duplicates, kept,
+            upload.device, upload.program, upload.placed, upload.triangles, upload.box,
+            remove_duplicates, kept,
         )  # fmt: skip
-        return find_cells(count, upload.high - upload.low, upload.mesh.triangle_count, target_count)
+        extents = upload.box[1] - upload.box[0]
+        return find_cells(count, extents, upload.mesh.triangle_count, target_count)

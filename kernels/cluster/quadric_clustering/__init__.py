@@ -21,11 +21,13 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.prepare import simplifier
 from lodbench.kernels.cluster.quadric_clustering.host import QuadricClustering, prepare
 from lodbench.kernels.cluster.quadric_clustering.params import Params
+from lodbench.kernels.stages.camera import look_at
 from lodbench.kernels.system import System
 
 __all__ = ["Params", "SYSTEM", "QuadricClustering", "simplify"]
 
 simplify = simplifier(prepare, Params)
+CUBE = "float warp(const float t, const int axis) { return t * (0.2f + t * t); }"
 
 SYSTEM = System(
     name="quadric_clustering",
@@ -46,6 +48,9 @@ SYSTEM = System(
         "border_none_30": Params(30, border="none"),
         "border_kept_30": Params(30, border="keep"),
         "tenth": Params(target_reduction=0.9),
+        "region_64": Params(64, regions=((1.0, 0.0, 0.0, 0.3, 8.0),)),
+        "view_64": Params(64, view=look_at((2, 1, 2), (0, 0, 0))),  # pyright: ignore[reportArgumentType]
+        "warp_64": Params(64, warp=CUBE),
     },
     verbs={"simplify": simplify},
 )

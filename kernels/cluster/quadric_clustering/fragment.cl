@@ -5,18 +5,34 @@
 // Reads     maps        float[16 * capacity * map_count]  per cell: xx xy xz yy yz zz x y | z, surviving corners, 0 0, corner sum x y z, corners
 //           sums        long[14 * capacity]               the same, xx .. z, corner sum, corners, surviving corners, in fixed point
 //           state       uint[4]                           [0]: occupied cells
+//           limits      float[capacity]                   where WARPED: the longest step in a cell, same units as positions
 // Writes    solved      float4[capacity]                  x y z in units of the largest cell edge, kind; kind 0: not used by any triangle
 //           chunk_sums  uint[chunk_count]                 used cells
 // Needs     common/chunk.cl common/quadric.cl cluster/quadric_clustering/share.cl
 // Plain     cluster/quadric_clustering/reference.py
+// Defines   WARPED where cells are not alike: their limits differ
 
 #define PLACE_ROBUST 0
 #define PLACE_PAPER 1
 #define CELLS 8
 
+// a step over the longest that its cell lets it be; lengths are in units of the cell's edge where all are alike
+static inline quadric_point8 fragment_share8(const quadric_point8 s, __global const float *restrict limits, const uint first, const uint live)
+{
+#ifdef WARPED
+    float each[CELLS];
+    for (uint j = 0; j < CELLS; ++j) each[j] = 1.0f / max(limits[first + min(j, live - 1)], 1e-30f);
+    const float8 scale = vload8(0, each);
+    const quadric_point8 share = {s.x * scale, s.y * scale, s.z * scale};
+    return share;
+#else
+    return s;
+#endif
+}
+
 // the sums of eight cells, LANES floats each, to eight representatives
-static inline uint fragment_place(
-    const float *sums, __global float4 *restrict solved, const uint first, const uint live, const uint placement, const float per_box)
+static inline uint fragment_place(const float *sums, __global const float *restrict limits, __global float4 *restrict solved,
+    const uint first, const uint live, const uint placement, const float per_box)
 {
 #define COLUMN(lane)                                                                                                   \
     (float8)(sums[lane], sums[LANES + lane], sums[2 * LANES + lane], sums[3 * LANES + lane],                           \
@@ -42,7 +58,7 @@ static inline uint fragment_place(
         float ridge = 1e-3f;
         for (int attempt = 0; attempt < 3 && !quadric_all8(~open); ++attempt) {
             const quadric_point8 s = quadric_step8(q, (float8)(ridge), &determinant);
-            const int8 taken = open & quadric_short8(s, 1.0f);
+            const int8 taken = open & quadric_short8(fragment_share8(s, limits, first, live), 1.0f);
             dx = taken ? s.x : dx;
             dy = taken ? s.y : dy;
             dz = taken ? s.z : dz;
@@ -79,6 +95,7 @@ static inline uint fragment_place(
 __kernel void quadric_clustering_fragment_solve(
     __global const float16 *restrict maps,
     __global const uint *restrict state,
+    __global const float *restrict limits,
     __global float4 *restrict solved,
     __global uint *restrict chunk_sums,
     const float per_box,
@@ -100,7 +117,7 @@ __kernel void quadric_clustering_fragment_solve(
             for (uint map = 1; map < map_count; ++map) sum += maps[map * (size_t)capacity + cell];
             vstore16(sum, j, sums);
         }
-        count += fragment_place(sums, solved, s, min(rows.y - s, (uint)CELLS), placement, per_box);
+        count += fragment_place(sums, limits, solved, s, min(rows.y - s, (uint)CELLS), placement, per_box);
     }
     chunk_sums[chunk] = count;
 }
@@ -108,6 +125,7 @@ __kernel void quadric_clustering_fragment_solve(
 __kernel void quadric_clustering_fragment_solve_fixed_point(
     __global const long *restrict sums,
     __global const uint *restrict state,
+    __global const float *restrict limits,
     __global float4 *restrict solved,
     __global uint *restrict chunk_sums,
     const float4 inverse_scale, // of A, of b, of positions
@@ -132,7 +150,7 @@ __kernel void quadric_clustering_fragment_solve_fixed_point(
             lane[LANE_CORNERS] = (float)sum[WORD_CORNERS];
             lane[LANE_SURVIVING] = (float)sum[WORD_SURVIVING];
         }
-        count += fragment_place(floats, solved, s, min(rows.y - s, (uint)CELLS), placement, per_box);
+        count += fragment_place(floats, limits, solved, s, min(rows.y - s, (uint)CELLS), placement, per_box);
     }
     chunk_sums[chunk] = count;
 }

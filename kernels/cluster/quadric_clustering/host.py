@@ -145,7 +145,7 @@ class QuadricClustering(Clustering):
         The bound comes from counts of triangles by exponent, which no order of the triangles changes.
         """
         device, triangles = self.device, max(self._triangles, 1)
-        self.placing.enqueue(Timeline())
+        self.place()
         chunks = chunk_count(device, triangles)
         exponents = device.allocate("exponents", (chunks, 256), np.uint32)
         self._upload.program.launch(
@@ -178,6 +178,7 @@ class QuadricClustering(Clustering):
             "per_box": 1 / grid.extent if grid.extent else 1.0,
             "placement": PLACEMENTS[self.params.placement],
             "capacity": self.capacity,
+            "limits": self.limits,
         }
         if self.floats:
             solve |= {"maps": self.sums, "map_count": self.params.chunks}
@@ -192,7 +193,7 @@ class QuadricClustering(Clustering):
 
     def check(self) -> Check:
         """Same triangles as the reference, and each representative as deep in its planes, in cells."""
-        return verdict(self.result()[0], simplify(self._mesh, self.params))
+        return verdict(self.result()[0], simplify(self._mesh, self.params, self._upload.warp))
 
     def more_counters(self) -> Mapping[str, int | float]:
         """As every clustering's, and how the used cells' representatives were placed."""

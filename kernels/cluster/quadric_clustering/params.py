@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.cluster.warped import WarpedTarget
 from lodbench.kernels.parameters import Range
 
 Placement = Literal["robust", "paper", "average"]
@@ -14,8 +14,8 @@ HEAVINESS = 1.0  # of a border edge's plane, by the square of its length
 
 
 @dataclass(frozen=True)
-class Params(GridTarget):
-    """How far and how to simplify; targets are those of `GridTarget`, and `cells` comes first.
+class Params(WarpedTarget):
+    """How far and how to simplify; targets are those of `WarpedTarget`, and `cells` comes first.
 
     Attributes:
         placement: "robust", the minimum regularised towards the mean of the corners with 1e-3 of the trace, with 1e-2

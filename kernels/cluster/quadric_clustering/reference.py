@@ -17,6 +17,7 @@ from lodbench.kernels.cluster.borders import (
 )
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering.params import HEAVINESS, Params
+from lodbench.kernels.cluster.warp import Warp
 
 NO_VERTEX = np.uint32(0xFFFFFFFF)
 KINDS = ("mean", "solved", "solved_1e-2", "solved_1e-1")
@@ -28,13 +29,14 @@ class Reference:
 
     Attributes:
         mesh: positions (n, 3), triangles in input order.
-        grid: the grid used.
+        grid: the even grid, whose units lengths are in.
         points: representatives in units of the largest cell edge, (n, 3) float64.
         means: means of the corners in each cell, in the same units, (n, 3) float64.
         A: summed quadrics' matrices, (n, 3, 3) float64.
         b: their vectors, relative to `means`, (n, 3) float64.
         kinds: index into KINDS of how each was placed, (n,).
         margins: how far each was from being placed otherwise, as a share of the limit that decided, (n,).
+        limits: the longest step of each, (n,) float64; 1 without a warp.
         vertex_map: output vertex of each input vertex, 0xFFFFFFFF where none, uint32.
     """
 
@@ -46,21 +48,28 @@ class Reference:
     b: NDArray[np.float64]
     kinds: NDArray[np.int64]
     margins: NDArray[np.float64]
+    limits: NDArray[np.float64]
     vertex_map: NDArray[np.uint32]
 
 
-def simplify(mesh: TriangleMesh, params: Params) -> Reference:
+def simplify(mesh: TriangleMesh, params: Params, warp: Warp | None = None) -> Reference:
     """The mesh with one vertex per used cell of the grid that `params` names; a target is for the search to meet.
+
+    Cells are even where the `warp` has the vertices; all else is in the mesh's own space.
 
     Source: DeCoro & Tatarchuk 2007, slides 12, 15 and 17; Lindstrom 2000 for the solve around the mean.
     """
-    grid = Grid.over(*mesh.box, params.grid_cells)
-    points32 = grid.points(mesh.positions)
-    cells = grid.cells_of(points32)
-    points = points32.astype(np.float64)
+    if warp is None:
+        grid = Grid.over(*mesh.box, params.grid_cells)
+        cells, limit = grid.cells_of(grid.points(mesh.positions)), np.ones(mesh.vertex_count)
+    else:
+        grid = warp.even(params.grid_cells)
+        cells, limit = warp.cells(mesh.positions, params.grid_cells)
+    points = grid.points(mesh.positions).astype(np.float64)
     border = used_once(edges_of(mesh.triangles)) if params.uses_border else NO_EDGES
     kept = border_vertices(border) if params.keeps_border else NO_VERTICES
-    cells[kept] = grid.cell_count + np.arange(len(kept))
+    own_cells = grid.cell_count if warp is None else int(cells.max(initial=0)) + 1
+    cells[kept] = own_cells + np.arange(len(kept))
 
     # pass 3: a triangle survives when its corners lie in three cells; its cells are used
     corners = cells[mesh.triangles].reshape(-1, 3)
@@ -77,20 +86,21 @@ def simplify(mesh: TriangleMesh, params: Params) -> Reference:
     # pass 2
     means = position_sum / np.maximum(count, 1)[:, None]
     b_mean = np.einsum("nij,nj->ni", A, means) + b_sum
-    steps, kinds, margins = place(
-        A, b_mean, params.placement, 1 / grid.extent if grid.extent else 1.0
-    )
+    row = np.searchsorted(used, cells)
+    row[row == len(used)] = 0
+    found = used[row] == cells if len(used) else np.zeros(len(cells), bool)
+    limits = np.zeros(len(used))
+    np.maximum.at(limits, row[found], limit[found])
+    per_box = 1 / grid.extent if grid.extent else 1.0
+    steps, kinds, margins = place(A, b_mean, params.placement, per_box, limits)
 
     positions = grid.positions(means + steps)
-    own = used >= grid.cell_count
-    positions[own] = mesh.positions[kept[used[own] - grid.cell_count]]
+    own = used >= own_cells
+    positions[own] = mesh.positions[kept[used[own] - own_cells]]
     if params.remove_duplicates:
         keys = np.sort(triangles, axis=1)
         _, first = np.unique(keys, axis=0, return_index=True)
         triangles = triangles[np.sort(first)]
-    row = np.searchsorted(used, cells)
-    row[row == len(used)] = 0
-    found = used[row] == cells if len(used) else np.zeros(len(cells), bool)
     return Reference(
         mesh=TriangleMesh(positions, triangles),
         grid=grid,
@@ -100,6 +110,7 @@ def simplify(mesh: TriangleMesh, params: Params) -> Reference:
         b=b_mean,
         kinds=kinds,
         margins=margins,
+        limits=limits,
         vertex_map=np.where(found, row, NO_VERTEX).astype(np.uint32),
     )
 
@@ -183,7 +194,11 @@ def hold(
 
 
 def place(
-    A: NDArray[np.float64], b: NDArray[np.float64], placement: str, per_box: float
+    A: NDArray[np.float64],
+    b: NDArray[np.float64],
+    placement: str,
+    per_box: float,
+    limits: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
     """Steps from the mean (n, 3), index into KINDS (n,) and margins (n,), for quadrics about the mean.
 
@@ -205,7 +220,7 @@ def place(
             scale = trace[rows, None, None]
             step = -np.linalg.solve(A[rows] / scale + ridge * np.eye(3), b[rows, :, None] / scale)
             step = step[..., 0]
-            length = np.linalg.norm(step, axis=1)
+            length = np.linalg.norm(step, axis=1) / np.maximum(limits[rows], 1e-30)
             margins[rows] = np.minimum(margins[rows], np.abs(length - 1))
             taken = length <= 1
             steps[rows[taken]] = step[taken]

@@ -62,7 +62,7 @@ class VertexAverage(Clustering):
     def check(self) -> Check:
         """Same triangles as the reference, and each vertex where it has it, in cells."""
         (mesh,) = self.result()
-        expected = simplify(self._mesh, self.params)
+        expected = simplify(self._mesh, self.params, self._upload.warp)
         what = "vertices off the reference's, cells; infinity where triangles differ"
         if not np.array_equal(mesh.triangles, expected.triangles):
             return Check(False, what, np.inf, TOLERANCE)

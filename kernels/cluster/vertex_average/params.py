@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.cluster.warped import WarpedTarget
 from lodbench.kernels.parameters import Range
 
 
 @dataclass(frozen=True)
-class Params(GridTarget):
-    """How far to simplify; targets are those of `GridTarget`, and `cells` comes first.
+class Params(WarpedTarget):
+    """How far to simplify; targets are those of `WarpedTarget`, and `cells` comes first.
 
     Attributes:
         chunks: maps that are summed apart, 1 to 64; the number decides how sums are rounded, so it belongs here.

@@ -8,13 +8,18 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.unchanged import without_duplicates
+from lodbench.kernels.cluster.warp import Warp
 
 
-def simplify(mesh: TriangleMesh, params: GridTarget) -> TriangleMesh:
+def simplify(mesh: TriangleMesh, params: GridTarget, warp: Warp | None = None) -> TriangleMesh:
     """The mesh with one vertex per used cell of the grid that `params` names, in the order of the cells."""
-    grid = Grid.over(*mesh.box, params.grid_cells)
+    if warp is None:
+        grid = Grid.over(*mesh.box, params.grid_cells)
+        cells = grid.cells_of(grid.points(mesh.positions))
+    else:
+        grid = warp.even(params.grid_cells)
+        cells, _ = warp.cells(mesh.positions, params.grid_cells)
     points = grid.points(mesh.positions)
-    cells = grid.cells_of(points)
     corners = cells[mesh.triangles].reshape(-1, 3)
     a, b, c = corners.T
     used, triangles = np.unique(corners[(a != b) & (b != c) & (c != a)], return_inverse=True)
