@@ -111,3 +111,16 @@ def area_normals(
     length = np.linalg.norm(total, axis=1, keepdims=True)
     unit = np.where(length > 0, total / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))
     return (unit[same] if shared and count else unit).astype(np.float32)
+
+
+def usable(values: Any, count: int, columns: int) -> NDArray[np.floating] | None:
+    """Attributes as another library has them, (count, columns) at least; None where there are none, or not finite."""
+    if values is None:
+        return None
+    found = np.asarray(values)
+    if found.dtype.kind not in "fiu" or found.ndim != 2 or len(found) != count:
+        return None
+    found = found[:, :columns].astype(np.float64)
+    with np.errstate(over="ignore"):
+        good = found.shape[1] == columns and np.isfinite(found.astype(np.float32)).all()
+    return found if good else None
