@@ -123,7 +123,10 @@ class TriangleMesh:
         return replace(self, origin=origin)
 
     def bare(self) -> TriangleMesh:
-        """Its positions and triangles alone."""
+        """Its positions and triangles alone; itself where it has no more."""
+        more = (*ATTRIBUTES, "edge_tags")
+        if all(getattr(self, name) is None for name in more):
+            return self
         return TriangleMesh(self.positions, self.triangles, origin=self.origin)
 
     @property
