@@ -85,3 +85,42 @@ def finite(argument: str, given: object, array: NDArray[np.floating]) -> None:
     row = int(np.argmin(np.isfinite(array).all(axis=tuple(range(1, array.ndim)))))
     value = np.asarray(given)[row].tolist()
     raise ValueError(f"{argument}: expected finite float32 values, got {value} in row {row}")
+
+
+def area_normals(
+    positions: NDArray[np.float32], triangles: NDArray[np.uint32], shared: bool = False
+) -> NDArray[np.float32]:
+    """Unit normals of vertices, (n, 3), weighted by the area of their triangles; (0, 0, 1) where there is none.
+
+    Args:
+        positions: (n, 3).
+        triangles: (m, 3).
+        shared: sum over all vertices at a place, which are parted for another reason than a hard edge.
+    """
+    low = positions.min(0).astype(np.float64) if len(positions) else np.zeros(3)
+    extent = float((positions.max(0) - low).max()) if len(positions) else 0.0
+    scale = max(extent, float(np.finfo(np.float32).tiny))
+    corners = ((positions.astype(np.float64) - low) / scale)[triangles]
+    face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    place, count = triangles.ravel(), len(positions)
+    if shared and count:
+        _, same = np.unique(positions + np.float32(0), axis=0, return_inverse=True)
+        same = same.ravel()
+        place = same[place]
+    total = np.stack([np.bincount(place, np.repeat(k, 3), count) for k in face.T], axis=1)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    unit = np.where(length > 0, total / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))
+    return (unit[same] if shared and count else unit).astype(np.float32)
+
+
+def usable(values: Any, count: int, columns: int) -> NDArray[np.floating] | None:
+    """Attributes as another library has them, (count, columns) at least; None where there are none, or not finite."""
+    if values is None:
+        return None
+    found = np.asarray(values)
+    if found.dtype.kind not in "fiu" or found.ndim != 2 or len(found) != count:
+        return None
+    found = found[:, :columns].astype(np.float64)
+    with np.errstate(over="ignore"):
+        good = found.shape[1] == columns and np.isfinite(found.astype(np.float32)).all()
+    return found if good else None

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from trimesh.exchange.gltf import export_glb, export_gltf
 from trimesh.exchange.stl import export_stl
 
+from lodbench.datasets_gen import gltf
 from lodbench.datasets_gen.ply import ply_file
 from lodbench.datasets_gen.surfaces import TriangleMesh
 
@@ -25,6 +26,8 @@ def _scene(mesh: TriangleMesh) -> trimesh.Scene:
         vertex_colors=colours,
         process=False,
     )
+    if mesh.uvs is not None:
+        shape.vertex_attributes[gltf.UV] = gltf.turned_over(mesh.uvs)
     scene = trimesh.Scene()
     place = np.eye(4)  # in text, with all digits of a float64
     if mesh.origin is not None:
@@ -49,8 +52,15 @@ def _obj_file(mesh: TriangleMesh) -> bytes:
     if mesh.colours is not None:
         points = np.concatenate([points, mesh.colours], axis=1)
         form += " %.9g %.9g %.9g"
-    text = "# triangle mesh\n" + _lines(form, points)
-    return (text + _lines("f %d %d %d", mesh.triangles + 1)).encode()
+    text, corner = "# triangle mesh\n" + _lines(form, points), "%d"
+    if mesh.uvs is not None:
+        text += _lines("vt %.9g %.9g", mesh.uvs)
+        corner += "/%d"
+    if mesh.normals is not None:
+        text += _lines("vn %.9g %.9g %.9g", mesh.normals)
+        corner += "/%d" if mesh.uvs is not None else "//%d"
+    numbers = np.repeat(mesh.triangles + 1, corner.count("%"), axis=1)
+    return (text + _lines(f"f {corner} {corner} {corner}", numbers)).encode()
 
 
 def _off_file(mesh: TriangleMesh) -> bytes:
@@ -77,15 +87,17 @@ WRITERS: dict[str, Callable[[TriangleMesh], bytes]] = {
     ".obj": _obj_file,
     ".stl": _stl_file,
     ".off": _off_file,
-    ".gltf": lambda mesh: export_gltf(_scene(mesh), embed_buffers=True)["model.gltf"],
-    ".glb": lambda mesh: export_glb(_scene(mesh)),
+    ".gltf": lambda mesh: export_gltf(
+        _scene(mesh), embed_buffers=True, tree_postprocessor=gltf.unmarked
+    )["model.gltf"],
+    ".glb": lambda mesh: export_glb(_scene(mesh), tree_postprocessor=gltf.unmarked),
 }
 """By suffix."""
 
 CARRIED = {
     ".ply": ("normals", "uvs", "colours", "tags"),
-    ".obj": ("colours",),
-    ".gltf": ("normals", "colours"),
-    ".glb": ("normals", "colours"),
+    ".obj": ("normals", "uvs", "colours"),
+    ".gltf": ("normals", "uvs", "colours"),
+    ".glb": ("normals", "uvs", "colours"),
 }
 """What each holds beside points and triangles; the others, nothing."""

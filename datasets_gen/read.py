@@ -14,15 +14,16 @@ import re
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 import trimesh
 from trimesh.resolvers import FilePathResolver
 
-from lodbench.datasets_gen import files
+from lodbench.datasets_gen import files, gltf
 from lodbench.datasets_gen.formats import WRITERS
 from lodbench.datasets_gen.names import FOLDERS
+from lodbench.datasets_gen.obj import parse_obj
 from lodbench.datasets_gen.order import welded
 from lodbench.datasets_gen.ply import parse_ply
 from lodbench.datasets_gen.surfaces import TriangleMesh
@@ -39,8 +40,9 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
 
     Points keep their order and stay unless the format has none to share: STL corners with equal coordinates
     become one point. The meshes of a glTF scene are moved to their places and joined; polygons are split
-    into triangles. Doubles and text that lie far from zero get an origin, see TriangleMesh. Of PLY the vertices'
-    normals, uvs, colours and tags come along, of OBJ, glTF and GLB their colours.
+    into triangles. Doubles and text that lie far from zero get an origin, see TriangleMesh. The normals, uvs
+    and colours of the vertices of PLY, OBJ, glTF and GLB come along, and the tags of PLY; of OBJ those that every
+    corner has, and a point with several of them becomes as many vertices; of a scene those that all meshes have.
 
     Raises:
         FileError: no such file, a folder, an unknown suffix, a truncated or broken file, no mesh in it,
@@ -91,8 +93,8 @@ def parse_mesh(data: bytes, path: Path) -> TriangleMesh:
 def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
     """Write `mesh` in the format of the suffix, atomically.
 
-    PLY carries everything; glTF and GLB points, triangles, normals and colours; OBJ points, triangles and
-    colours; OFF points and triangles; STL triangles alone. Colours are rounded to 8 bits except in OBJ.
+    PLY carries everything; OBJ, glTF and GLB points, triangles, normals, uvs and colours; OFF points and triangles;
+    STL triangles alone. Colours are rounded to 8 bits except in OBJ.
     A mesh with an origin keeps it: as doubles, in all their digits, or as the place of a glTF node; STL is text then.
     glTF, GLB and STL cannot hold points without triangles: these are left out.
 
@@ -185,18 +187,27 @@ def _joined(data: bytes, path: Path) -> TriangleMesh:
         maintain_order=True,
         skip_materials=True,
     )
-    mesh = scene.to_mesh()
-    if mesh.is_empty:  # points alone, if anything
-        clouds = [shape for shape in scene.dump() if isinstance(shape, trimesh.PointCloud)]
+    dumped = scene.dump()
+    shapes = [s for s in dumped if isinstance(s, trimesh.Trimesh) and not s.is_empty]
+    if not shapes:  # points alone, if anything
+        clouds = [shape for shape in dumped if isinstance(shape, trimesh.PointCloud)]
         points = np.concatenate([np.zeros((0, 3)), *(cloud.vertices for cloud in clouds)])
         return TriangleMesh(points, np.zeros((0, 3), np.uint32))
-    coloured = mesh.visual.kind == "vertex"
-    colours = np.asarray(mesh.visual.vertex_colors)[:, :3] / 255 if coloured else None
-    return TriangleMesh(mesh.vertices, mesh.faces.reshape(-1, 3), colours=colours)
+    attributes = gltf.attributes(scene, shapes)
+    visuals: list[Any] = [shape.visual for shape in shapes]
+    if any(visual.kind == "vertex" for visual in visuals):
+        colours = np.concatenate([visual.vertex_colors for visual in visuals])
+        attributes["colours"] = colours[:, :3] / 255
+    first = np.cumsum([0, *(len(shape.vertices) for shape in shapes[:-1])])
+    faces = [s.faces.reshape(-1, 3) + n for s, n in zip(shapes, first, strict=True)]
+    points = np.concatenate([shape.vertices for shape in shapes])
+    return TriangleMesh(points, np.concatenate(faces), **attributes)
 
 
 def _read_obj(data: bytes, path: Path) -> TriangleMesh:
     data = data.replace(b"\r", b"").replace(b"\\\n", b" ").replace(b"\t", b" ")
+    if (rich := parse_obj(data)) is not None:
+        return rich
     # one mesh whatever its objects and materials; and corners that are points alone, because trimesh cuts
     # the mesh where a point has several normals or uvs
     other = rb"#[^\n]*|^ *(?:[ogs]|usemtl|mtllib)\b[^\n]*|(?<=\d)/\S*|^ +"
@@ -242,7 +253,7 @@ def _read_glb(data: bytes, path: Path) -> TriangleMesh:
         raise ValueError("expected a GLB file, got no 'glTF' at its start")
     if size > len(data):
         raise ValueError(f"truncated: expected {size} bytes, got {len(data)}")
-    return _joined(data, path)
+    return _joined(gltf.marked(data), path)
 
 
 _READERS: dict[str, Callable[[bytes, Path], TriangleMesh]] = {
@@ -250,6 +261,6 @@ _READERS: dict[str, Callable[[bytes, Path], TriangleMesh]] = {
     ".obj": _read_obj,
     ".stl": _read_stl,
     ".off": _read_off,
-    ".gltf": _joined,
+    ".gltf": lambda data, path: _joined(gltf.marked(data), path),
     ".glb": _read_glb,
 }

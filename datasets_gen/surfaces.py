@@ -8,10 +8,18 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lodbench.datasets_gen.arrays import Origin, checked_origin, finite, recentred, rows
+from lodbench.datasets_gen.arrays import (
+    Origin,
+    area_normals,
+    checked_origin,
+    finite,
+    recentred,
+    rows,
+)
 
 Floats = NDArray[np.float32]
 Indices = NDArray[np.uint32]
+ATTRIBUTES = ("normals", "uvs", "colours", "tags")  # of a TriangleMesh, a row for each vertex
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +122,13 @@ class TriangleMesh:
             return self
         return replace(self, origin=origin)
 
+    def bare(self) -> TriangleMesh:
+        """Its positions and triangles alone; itself where it has no more."""
+        more = (*ATTRIBUTES, "edge_tags")
+        if all(getattr(self, name) is None for name in more):
+            return self
+        return TriangleMesh(self.positions, self.triangles, origin=self.origin)
+
     @property
     def box(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper corner of all positions, from the origin, (3,) float64 each; zeros when there are none."""
@@ -129,24 +144,13 @@ class TriangleMesh:
     def with_normals(self) -> TriangleMesh:
         """This mesh with area-weighted unit vertex normals; itself when it has normals already.
 
-        A vertex with no area around it gets (0, 0, 1).
+        A vertex with no area around it gets (0, 0, 1). With uvs, which part vertices at a seam, those at one place
+        share theirs.
         """
         if self.normals is not None:
             return self
-        low, high = self.box
-        scale = max(float((high - low).max()), float(np.finfo(np.float32).tiny))
-        corners = ((self.positions.astype(np.float64) - low) / scale)[self.triangles]
-        face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        total = np.stack(
-            [
-                np.bincount(self.triangles.ravel(), np.repeat(face[:, axis], 3), self.vertex_count)
-                for axis in range(3)
-            ],
-            axis=1,
-        )
-        length = np.linalg.norm(total, axis=1, keepdims=True)
-        unit = np.where(length > 0, total / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))
-        return replace(self, normals=unit.astype(np.float32))
+        normals = area_normals(self.positions, self.triangles, shared=self.uvs is not None)
+        return replace(self, normals=normals)
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,10 +62,13 @@ def simplify_mesh(
             misses: `target_gap`, triangles short of `target`, negative where a method can leave no fewer but none.
         cells: cells along the longest box axis (cubic cells), or (nx, ny, nz); at most 2**27 in all.
         method: a system's name, of those with the verb simplify; None takes the preferred one for the surface.
-        **options: the method's own, those of its Params, such as placement="average".
+        **options: the method's own, those of its Params, such as placement="average"; of a clustering also
+            attributes=False, which leaves out the normals, uvs, colours and tags that come along otherwise, and
+            remove_flipped=True (see `kernels/cluster/prepare.py`).
 
     Returns:
-        The result; its mesh holds only vertices that a triangle uses, unless it is the mesh as it came.
+        The result; its mesh holds only vertices that a triangle uses, unless it is the mesh as it came. At seams of
+        its attributes it has a vertex for each side, at the same place to the bit.
 
     Raises:
         TypeError, ValueError: an argument is wrong; not exactly one of target_reduction, target_count and cells.
@@ -95,8 +98,8 @@ def simplify(
     """Fewer triangles of the same shape: (points, faces) of the simplified mesh.
 
     The first three arguments are those of `fast_simplification.simplify`; the rest, and the errors, are those of
-    `simplify_mesh`, which also returns the map from input to output vertices. A `GeometryImage` may stand in for
-    points and faces.
+    `simplify_mesh`, which also returns the map from input to output vertices, and carries normals, uvs and colours,
+    which are left out here. A `GeometryImage` may stand in for points and faces.
 
     Returns:
         points (n, 3), float32 where such came in and else float64, and faces (m, 3) uint32.
@@ -105,6 +108,8 @@ def simplify(
         surface, dtype = points, np.float32 if points.origin is None else np.float64
     else:
         surface, dtype = taken(points, faces)
+    if isinstance(surface, TriangleMesh):  # no vertex is split for what is not given back
+        surface = surface.bare()
     result = simplify_mesh(
         device,
         surface,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.datasets_gen.arrays import usable
 from lodbench.datasets_gen.surfaces import TriangleMesh
 
 
@@ -17,7 +18,8 @@ def as_mesh(points: Any, faces: Any = None) -> TriangleMesh:
     Args:
         points: (n, 3) floats, with `faces`; or a mesh alone: TriangleMesh, (points, faces), the path of a mesh file,
             trimesh.Trimesh and trimesh.Scene (its meshes in their places, joined) or anything else with `vertices`
-            and `faces`, or with `points` and `regular_faces` such as pyvista.PolyData.
+            and `faces`, or with `points` and `regular_faces` such as pyvista.PolyData. Normals that they hold, texture
+            coordinates and colours of their vertices come along (of pyvista: RGB or RGBA), where they are finite.
         faces: (m, 3) integers.
 
     Raises:
@@ -40,7 +42,7 @@ def with_triangles(mesh: TriangleMesh) -> TriangleMesh:
 
 def taken(points: Any, faces: Any = None) -> tuple[TriangleMesh, type[np.floating]]:
     """`as_mesh`, and what its points are given back in: float32 where such came in, or float64."""
-    colours = None
+    attributes: dict[str, Any] = {}
     if faces is not None:
         pass
     elif isinstance(points, TriangleMesh):
@@ -52,8 +54,10 @@ def taken(points: Any, faces: Any = None) -> tuple[TriangleMesh, type[np.floatin
     elif hasattr(points, "geometry") and hasattr(points, "to_mesh"):  # trimesh.Scene
         return taken(points.to_mesh())
     elif hasattr(points, "vertices") and hasattr(points, "faces"):
-        points, faces, colours = points.vertices, points.faces, _vertex_colours(points)
+        attributes = _of_trimesh(points)
+        points, faces = points.vertices, points.faces
     elif hasattr(points, "points") and hasattr(type(points), "regular_faces"):
+        attributes = _of_pyvista(points)
         points, faces = points.points, _regular_triangles(points)
     elif isinstance(points, tuple | list) and len(points) == 2:
         points, faces = points
@@ -67,16 +71,37 @@ def taken(points: Any, faces: Any = None) -> tuple[TriangleMesh, type[np.floatin
         )
     points = np.asarray(points)
     narrow = np.can_cast(points.dtype, np.float32)
-    mesh = TriangleMesh(points, np.asarray(faces), colours=colours)
+    mesh = TriangleMesh(points, np.asarray(faces), **attributes)
     return mesh, np.float32 if narrow else np.float64
 
 
-def _vertex_colours(mesh: Any) -> NDArray[np.floating] | None:
-    """Those of a trimesh.Trimesh that has some, 0..1, (n, 3); colours of faces and textures are not taken."""
+def _of_trimesh(mesh: Any) -> dict[str, Any]:
+    """Attributes of a trimesh.Trimesh: colours of faces and textures are not taken, and normals not made."""
     visual: Any = getattr(mesh, "visual", None)
-    if getattr(visual, "kind", None) != "vertex":
-        return None
-    return np.asarray(visual.vertex_colors)[:, :3] / 255
+    kept: Any = getattr(getattr(mesh, "_cache", None), "cache", {})
+    colours = getattr(visual, "vertex_attributes", {}).get("color")
+    if getattr(visual, "kind", None) == "vertex":
+        colours = visual.vertex_colors
+    given = kept.get("vertex_normals"), getattr(visual, "uv", None), colours
+    return _attributes(len(mesh.vertices), *given)
+
+
+def _of_pyvista(mesh: Any) -> dict[str, Any]:
+    """Attributes of a pyvista.PolyData, by the names that its readers give."""
+    data: Any = getattr(mesh, "point_data", {})
+    colours = next((data[name] for name in ("RGB", "RGBA") if name in data), None)
+    uvs = getattr(mesh, "active_texture_coordinates", None)
+    return _attributes(len(mesh.points), getattr(data, "active_normals", None), uvs, colours)
+
+
+def _attributes(count: int, normals: Any, uvs: Any, colours: Any) -> dict[str, Any]:
+    """Those of `count` vertices that can be used; colours 0..1, or whole numbers up to the largest of their type."""
+    if colours is not None and (kind := np.asarray(colours).dtype).kind in "iu":
+        colours = np.asarray(colours) / np.iinfo(kind).max
+    return {
+        "normals": usable(normals, count, 3), "uvs": usable(uvs, count, 2),
+        "colours": usable(colours, count, 3),
+    }  # fmt: skip
 
 
 def _regular_triangles(mesh: Any) -> NDArray[np.integer]:

@@ -16,8 +16,8 @@ class Result:
     """What simplifying or refining a mesh gave.
 
     Attributes:
-        mesh: the mesh, float32 positions from the origin of the input, and uint32 triangles, with normals where the
-            method makes them.
+        mesh: the mesh, float32 positions from the origin of the input, and uint32 triangles, with normals and other
+            attributes where the method makes or carries them.
         vertex_map: (n,) uint32, the output vertex of each input vertex, 0xFFFFFFFF where there is none; None where
             vertices do not map one to one.
         levels: all levels of a chain, coarsest last; (mesh,) where there is one.

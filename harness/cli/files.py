@@ -180,11 +180,16 @@ class MeshTarget(Target):
             raise ValueError(f"format: expected one of {known}, got {self._given!r}")
         super().check()
 
+    def carried(self, mesh: Any) -> list[str]:
+        """What the file holds of the mesh beside points and triangles, by name."""
+        from lodbench.datasets_gen import formats
+
+        names = formats.CARRIED.get(self.suffix, ())
+        return [name for name in names if getattr(mesh, name) is not None]
+
     def write_mesh(self, mesh: Any, source: Source, json_output: bool = False) -> list[str]:
         """Write it; returns what `lost` says."""
-        from lodbench.datasets_gen import formats, read
+        from lodbench.datasets_gen import read
 
         self.write(read.mesh_bytes(mesh, self.suffix))
-        carried = formats.CARRIED.get(self.suffix, ())
-        kept = {name for name in carried if getattr(mesh, name) is not None}
-        return self.lost(source, kept, json_output)
+        return self.lost(source, set(self.carried(mesh)), json_output)

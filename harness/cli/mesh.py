@@ -58,6 +58,7 @@ def _finish(
         "triangles_out": result.mesh.triangle_count,
         "vertices_in": source.surface.vertex_count,
         "vertices_out": result.mesh.vertex_count,
+        "carried": target.carried(result.mesh),
         "lost": lost,
         "wall_s": time.perf_counter() - started,
         "counters": dict(result.counters),

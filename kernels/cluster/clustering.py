@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.kernels.cluster import turned
 from lodbench.kernels.cluster.borders import NO_EDGES, border_vertices
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.search import Found
@@ -277,8 +278,46 @@ class Clustering(DeviceSubject):
         )(Timeline())  # fmt: skip
         return self.device.read(result)
 
+    def fates(self) -> NDArray[np.uint8]:
+        """What became of each input triangle in the last frame, (m,): 0 it is gone, 1 it survives, 2 turned over.
+
+        One that survives is turned over where its normal points against that of the output triangle.
+        """
+        result = self.device.allocate("fates", self._triangles, np.uint8)
+        self.launch(
+            "cluster_emit_fates", self._triangles, "fates", points=self.points,
+            triangles=self._upload.triangles, solved=self.solved, fates=result,
+            triangle_count=self._triangles,
+        )(Timeline())  # fmt: skip
+        return self.device.read(result)
+
+    def sources(self, remove_flipped: bool = False) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
+        """The input triangle of each output triangle of the last frame, ascending, and its fate, see `fates`.
+
+        Args:
+            remove_flipped: leave out those that are turned over, before a duplicate is removed for their sake.
+        """
+        fates = self.fates()
+        found = np.flatnonzero(fates == turned.SURVIVES if remove_flipped else fates)
+        if getattr(self.params, "remove_duplicates", False):
+            rows = self.vertex_map()[self._mesh.triangles[found]].reshape(-1, 3)
+            found = found[turned.first_of_each(rows, self.live()[0])]
+        return found, fates[found]
+
+    def _idle(self) -> dict[str, int]:
+        """The output's duplicate and turned triangles, counted."""
+        vertices, triangles = self.live()
+        rows = self.device.read(self.survivors, triangles).reshape(-1, 3)
+        return {
+            "duplicate_triangles": turned.duplicates(rows, vertices),
+            "flipped_triangles": int(np.count_nonzero(self.sources()[1] == turned.TURNED)),
+        }
+
     def more_counters(self) -> Mapping[str, int | float]:
-        """Sizes in, and occupied cells.
+        """Sizes in, occupied cells, and output triangles that say nothing of the surface.
+
+        `duplicate_triangles` have the vertices of one before them, whichever way they face; `flipped_triangles` have a
+        normal against that of the input triangle they come from.
 
         `cells_x`, `cells_y`, `cells_z` are those along each axis. With a target also `target`, `target_gap`
         (triangles short of it, negative where there are more), `counting_passes` and `cells_along_longest`.
@@ -290,6 +329,7 @@ class Clustering(DeviceSubject):
             **{f"cells_{axis}": n for axis, n in zip("xyz", self.cell_grid.counts, strict=True)},
             "cells_occupied": self.occupied,
             "border_edges": len(self.border),
+            **self._idle(),
         }
         if self.found is not None:
             counters |= missed(self.found.target, self.live()[1])

@@ -5,11 +5,13 @@
 // Reads     points        float4[vertex_count]       w: bits of the cell's rank
 //           triangles     uint[3 * triangle_count]
 //           new_ranks     uint[capacity]             output vertex of a cell
+//           solved        float4[capacity]           representative in those units
 // Writes    chunk_sums    uint[chunk_count]
 //           survivors     uint[3 * triangle_count]   output triangles
 //           counts        uint[2]                    [1]: output triangles
 //           used          uchar[capacity]            1 where a surviving triangle has a corner; several items may write
 //                                                    the same 1
+//           fates         uchar[triangle_count]      0: gone; 1: survives; 2: survives, turned over
 // Needs     common/chunk.cl
 
 static inline uint3 emit_cells(
@@ -73,5 +75,31 @@ __kernel void cluster_emit_mark(
     for (uint t = rows.x; t < rows.y; ++t) {
         const uint3 c = emit_cells(points, triangles, t);
         if (emit_survives(c)) used[c.x] = used[c.y] = used[c.z] = 1;
+    }
+}
+
+__kernel void cluster_emit_fates(
+    __global const float4 *restrict points,
+    __global const uint *restrict triangles,
+    __global const float4 *restrict solved,
+    __global uchar *restrict fates,
+    const uint triangle_count,
+    const uint chunk_count)
+{
+    const uint chunk = get_global_id(0);
+    if (chunk >= chunk_count) return;
+
+    const uint2 rows = chunk_rows(chunk, chunk_count, triangle_count);
+    for (uint t = rows.x; t < rows.y; ++t) {
+        const uint3 v = vload3(t, triangles);
+        const float4 a = points[v.x], b = points[v.y], c = points[v.z];
+        const uint3 cell = (uint3)(as_uint(a.w), as_uint(b.w), as_uint(c.w));
+        uchar fate = 0;
+        if (emit_survives(cell)) {
+            const float3 p = solved[cell.x].xyz;
+            const float3 after = cross(solved[cell.y].xyz - p, solved[cell.z].xyz - p);
+            fate = dot(cross(b.xyz - a.xyz, c.xyz - a.xyz), after) < 0.0f ? 2 : 1;
+        }
+        fates[t] = fate;
     }
 }

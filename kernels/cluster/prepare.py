@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster import turned
+from lodbench.kernels.cluster.attributes import carry, has_attributes
 from lodbench.kernels.cluster.borders import border_vertices
 from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.cluster.search import Found, find_cells
@@ -19,6 +21,7 @@ from lodbench.kernels.cluster.unchanged import Unchanged, without_duplicates
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.cluster.warped import warp_of
 from lodbench.kernels.opencl import Device
+from lodbench.kernels.parameters import check
 from lodbench.kernels.result import Result
 from lodbench.kernels.system import run
 from lodbench.kernels.targets import missed
@@ -75,22 +78,76 @@ def simplifier(
 ) -> Callable[..., Result]:
     """The verb `simplify` of a clustering, made of its `prepare` and its `Params`."""
 
-    def simplify(device: Device, mesh: TriangleMesh, **options: Any) -> Result:
-        """The simplified mesh, by a number of triangles or by a grid; `options` are those of the Params.
+    def simplify(
+        device: Device,
+        mesh: TriangleMesh,
+        *,
+        attributes: bool = True,
+        remove_flipped: bool = False,
+        **options: Any,
+    ) -> Result:
+        """The simplified mesh, by a number of triangles or by a grid; other options are those of the Params.
 
         With a target, `counters` also holds `target`, `target_gap` (triangles short of it, negative where every grid
         with fewer leaves none at all) and `counting_passes`. Where all triangles are asked for the result is the mesh
         as it came, points that no triangle uses among them.
+
+        Args:
+            device: where it runs.
+            mesh: what is simplified.
+            attributes: carry normals, uvs, colours and tags, where the mesh has them, and split vertices at seams, as
+                `cluster/attributes.py` says; `split_vertices` counts those added, `setup` has the stage "attributes".
+            remove_flipped: drop output triangles whose normal points against that of the input triangle that they come
+                from, and vertices that no other uses; `flipped_removed` counts them. A target is met before.
+            **options: of the Params.
         """
+        check("attributes", attributes, bool)
+        check("remove_flipped", remove_flipped, bool)
         prepared = prepare(device, mesh, params.named(**options))
         frame = run(device, prepared)
         (simplified,) = prepared.result()
         counters = dict(prepared.counters())
-        return Result(
+        result = Result(
             simplified, prepared.vertex_map(), (simplified,), counters, prepared.setup, frame
         )
+        carrying = attributes and has_attributes(mesh)
+        if isinstance(prepared, Unchanged) or not (carrying or remove_flipped):
+            return result
+        return _finished(prepared, mesh, result, carrying, remove_flipped)
 
     return simplify
+
+
+def _finished(
+    prepared: Clustering,
+    mesh: TriangleMesh,
+    result: Result,
+    attributes: bool,
+    remove_flipped: bool,
+) -> Result:
+    """The result without the triangles that are turned over, and with attributes, as asked for."""
+    simplified, vertex_map, counters = result.mesh, result.vertex_map, dict(result.counters)
+    assert vertex_map is not None
+    sources, _ = prepared.sources(remove_flipped)
+    if remove_flipped:
+        triangles = vertex_map[mesh.triangles[sources]].reshape(-1, 3)
+        counters["flipped_removed"] = simplified.triangle_count - len(triangles)
+        simplified, vertex_map = turned.with_triangles(simplified, vertex_map, triangles)
+        counters |= {
+            "flipped_triangles": 0, "triangles": len(triangles),
+            "duplicate_triangles": turned.duplicates(triangles, simplified.vertex_count),
+        }  # fmt: skip
+        if "target" in counters:
+            counters |= missed(int(counters["target"]), len(triangles))
+    if attributes:
+        with result.setup.host("attributes"):
+            carried = carry(mesh, simplified, vertex_map, sources)
+        simplified, vertex_map = carried.mesh, carried.vertex_map
+        counters["split_vertices"] = carried.split
+    counters["vertices"] = simplified.vertex_count
+    return replace(
+        result, mesh=simplified, vertex_map=vertex_map, levels=(simplified,), counters=counters
+    )
 
 
 def search_cells(

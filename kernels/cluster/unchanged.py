@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster import turned
 from lodbench.kernels.opencl import Buffer, Device, Timeline
 from lodbench.kernels.subject import DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface
@@ -18,9 +19,7 @@ STAGE = "copy"
 
 def without_duplicates(mesh: TriangleMesh) -> TriangleMesh:
     """The mesh with the first of each triangles with the same three vertices, whichever way they face, in order."""
-    keys = np.sort(mesh.triangles, axis=1)
-    _, first = np.unique(keys, axis=0, return_index=True)
-    kept = np.sort(first)
+    kept = turned.first_of_each(mesh.triangles, mesh.vertex_count)
     edge_tags = None if mesh.edge_tags is None else mesh.edge_tags[kept]
     return replace(mesh, triangles=mesh.triangles[kept], edge_tags=edge_tags)
 
@@ -82,5 +81,7 @@ class Unchanged(DeviceSubject):
         return Check(wrong == 0, "numbers unlike the input's", wrong, 0)
 
     def more_counters(self) -> Mapping[str, int | float]:
-        """What the search found."""
-        return self._more
+        """What the search found, and triangles with the vertices of one before them."""
+        mesh = self._mesh
+        repeated = turned.duplicates(mesh.triangles, mesh.vertex_count)
+        return {**self._more, "duplicate_triangles": repeated, "flipped_triangles": 0}

@@ -1,7 +1,7 @@
 """The whole of `simplify_mesh` on an open device: host arrays in, upload, frame, read-back, host arrays out.
 
-What a caller waits for, and so what stands beside a package that is called the same way. The program is compiled
-and the device open, as at any call but the first.
+What a caller waits for, and so what stands beside a package that is called the same way: positions and triangles
+alone. The program is compiled and the device open, as at any call but the first.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     asked = {**vars(params), "cells": cells}
     setup = Timeline()
     with setup.host("first_launch"):
-        simplify_mesh(device, mesh, **asked)
+        simplify_mesh(device, mesh, attributes=False, **asked)
 
     def verdict(meshes: Sequence[TriangleMesh]) -> Check:
         prepared = QUADRIC_CLUSTERING.prepare(device, mesh, Clustering(**asked))
@@ -49,7 +49,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
 
     return HostPrepared(
         device,
-        lambda _: simplify_mesh(device, mesh, **asked),
+        lambda _: simplify_mesh(device, mesh, attributes=False, **asked),
         read=lambda result: [result.mesh],
         verdict=verdict,
         setup=setup,

@@ -1,0 +1,48 @@
+"""Triangles of a clustered mesh that say nothing of the surface: turned over, or the same as one before."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+
+NO_VERTEX = np.uint32(0xFFFFFFFF)
+GONE, SURVIVES, TURNED = range(3)
+"""What becomes of an input triangle."""
+
+
+def keys(triangles: NDArray[np.integer], vertex_count: int) -> NDArray[np.uint64]:
+    """A number for each triangle, (m,), the same for those of the same three vertices, whichever way they face."""
+    a, b, c = (np.ascontiguousarray(k) for k in triangles.T.astype(np.uint64))
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    middle, count = a + b + c - low - high, np.uint64(max(vertex_count, 1))
+    pairs = low * count + middle
+    if vertex_count > 2_600_000:  # whose third power 64 bits do not hold
+        pairs = np.unique(pairs, return_inverse=True)[1].astype(np.uint64)
+    return pairs * count + high
+
+
+def duplicates(triangles: NDArray[np.integer], vertex_count: int) -> int:
+    """Triangles, (m, 3), with the vertices of another one before them."""
+    found = np.sort(keys(triangles, vertex_count))
+    return int(np.count_nonzero(found[1:] == found[:-1]))
+
+
+def first_of_each(triangles: NDArray[np.integer], vertex_count: int) -> NDArray[np.intp]:
+    """Rows of triangles, (m, 3), without those that `duplicates` counts, ascending."""
+    return np.sort(np.unique(keys(triangles, vertex_count), return_index=True)[1])
+
+
+def with_triangles(
+    mesh: TriangleMesh, vertex_map: NDArray[np.uint32], triangles: NDArray[np.uint32]
+) -> tuple[TriangleMesh, NDArray[np.uint32]]:
+    """The mesh with some of its triangles and the vertices that they use, in order, and the map to these."""
+    used = np.zeros(mesh.vertex_count, bool)
+    used[triangles.ravel()] = True
+    number = np.full(mesh.vertex_count + 1, NO_VERTEX)
+    number[:-1][used] = np.arange(np.count_nonzero(used), dtype=np.uint32)
+    kept = replace(mesh, positions=mesh.positions[used], triangles=number[triangles])
+    return kept, number[np.minimum(vertex_map, np.uint32(mesh.vertex_count))]
