@@ -47,7 +47,11 @@ def simplify(mesh: TriangleMesh, params: Params) -> Reference:
 
     Source: DeCoro & Tatarchuk 2007, slides 12, 15 and 17; Lindstrom 2000 for the solve around the mean.
     """
-    grid = Grid.over(*mesh.box, params.grid_cells)
+    return on_grid(mesh, Grid.over(*mesh.box, params.grid_cells), params)
+
+
+def on_grid(mesh: TriangleMesh, grid: Grid, params: Params) -> Reference:
+    """The same on any grid."""
     points32 = grid.points(mesh.positions)
     cells = grid.cells_of(points32)
     points = points32.astype(np.float64)
