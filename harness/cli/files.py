@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -182,9 +182,43 @@ class MeshTarget(Target):
 
     def write_mesh(self, mesh: Any, source: Source, json_output: bool = False) -> list[str]:
         """Write it; returns what `lost` says."""
-        from lodbench.datasets_gen import formats, read
+        from lodbench.datasets_gen import read
 
         self.write(read.mesh_bytes(mesh, self.suffix))
+        return self._lost_of(mesh, source, json_output)
+
+    def write_chain(
+        self, levels: Sequence[Any], source: Source, json_output: bool = False
+    ) -> tuple[list[Path], list[str]]:
+        """Write levels of detail, finest first: one file of glTF or GLB, else OUT_0.ply, OUT_1.ply and so on.
+
+        Returns:
+            The files, and what `lost` says.
+
+        Raises:
+            ValueError: several files cannot go to standard output; FileError where one cannot be written.
+        """
+        from lodbench.datasets_gen import read
+
+        whole = read.chain_bytes(levels, self.suffix)
+        if whole is not None:
+            self.write(whole)
+            return [self.path], self._lost_of(levels[0], source, json_output)
+        if self.piped:
+            raise ValueError(
+                f"OUT: expected a file's name, or --format glb, for {len(levels)} levels, got -"
+            )
+        name = self.path
+        paths = [name.with_name(f"{name.stem}_{k}{name.suffix}") for k in range(len(levels))]
+        for path in paths:
+            read.check_replaceable(path)
+        contents = (read.mesh_bytes(level, self.suffix) for level in levels)
+        read.write_all(dict(zip(paths, contents, strict=True)))
+        return paths, self._lost_of(levels[0], source, json_output)
+
+    def _lost_of(self, mesh: Any, source: Source, json_output: bool) -> list[str]:
+        from lodbench.datasets_gen import formats
+
         carried = formats.CARRIED.get(self.suffix, ())
         kept = {name for name in carried if getattr(mesh, name) is not None}
         return self.lost(source, kept, json_output)

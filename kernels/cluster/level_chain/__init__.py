@@ -30,7 +30,6 @@ SYSTEM = System(
     cases={
         "cells_64": Params(64),
         "fixed_point_64": Params(64, accumulate="fixed_point"),
-        "separate_64": Params(64, strategy="separate"),
         "no_duplicates_64": Params(64, remove_duplicates=True),
         "tenth": Params(target_reduction=0.9),
     },

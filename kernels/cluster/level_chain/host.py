@@ -23,9 +23,7 @@ from lodbench.kernels.cluster.quadric_clustering.host import (
     QuadricClustering,
 )
 from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
-from lodbench.kernels.cluster.search import Found
 from lodbench.kernels.cluster.unchanged import Unchanged
-from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.opencl import Device, Launch, Timeline
 from lodbench.kernels.result import Result
 from lodbench.kernels.stages.scan import chunk_count
@@ -34,7 +32,10 @@ from lodbench.kernels.system import Check, run
 
 FOLDER = "cluster/level_chain"
 FILES = (*CLUSTERING, *(f"{FOLDER}/{name}.cl" for name in ("fragment", "geometry", "serial")))
-SERIAL = 32768  # triangles of the level before: with fewer, launches cost more than a walk by one core
+WORD_ROWS = 16  # a word of 64 cells takes as long as so many of other rows
+SERIAL = (
+    16384  # triangles of the level before: with fewer, launches cost more than a walk by one core
+)
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Clustering | Unchanged:
@@ -87,16 +88,20 @@ class LevelChain(QuadricClustering):
         """The level after `finer`, whose counts are there: room for it, and its steps."""
         stage, grid, allocate = f"level_{number}", halved(finer.grid), self.allocate
         words = allocate("words", (-(-grid.cell_count // 64), 2), np.uint64)
+        chunks = chunk_count(self.device, WORD_ROWS * max(words.shape[0], finer.capacity))
+        chunk_sums = allocate("chunk_sums", chunks, np.uint32)
         arguments: dict[str, Any] = {
             "fine_words": finer.words, "fine_ranks": finer.new_ranks, "triangles": finer.triangles,
-            "fine_counts": finer.counts, "words": words, "chunk_sums": self.chunk_sums,
+            "fine_counts": finer.counts, "words": words, "chunk_sums": chunk_sums,
             "fine_cells": (*finer.grid.counts, 0), "cells": (*grid.counts, grid.cell_count),
             "fine_word_count": finer.words.shape[0], "word_count": words.shape[0],
             "fine_capacity": finer.capacity,
         }  # fmt: skip
-        bits = self._launch("level_chain_fragment_bits", words.shape[0], stage, arguments)
+        bits = self._launch(
+            "level_chain_fragment_bits", WORD_ROWS * words.shape[0], stage, arguments
+        )
         bits(Timeline())
-        occupied = int(self.device.read(self.chunk_sums, bits.items[0]).sum(dtype=np.int64))
+        occupied = int(self.device.read(chunk_sums, bits.items[0]).sum(dtype=np.int64))
         capacity = max(occupied, 1)
         _, triangles = finer.size(self.device.read)
 
@@ -118,7 +123,8 @@ class LevelChain(QuadricClustering):
             "survivors": joined, "counts": level.counts,
             "state": allocate("state", 4, np.uint32),
             "solved": allocate("solved", (capacity, 4), np.float32),
-            "triangle_sums": allocate("triangle_sums", chunk_count(self.device, triangles), np.uint32),
+            "pieces": allocate("pieces", (triangles, 3), np.uint32),
+            "piece_counts": allocate("piece_counts", chunk_count(self.device, triangles), np.uint32),
             "placement": PLACEMENTS[self.params.placement],
             "per_box": 1 / grid.extent if grid.extent else 1.0,
             "low": (*grid.low, 0), "to_model": (grid.unit, 1 / grid.prescale),
@@ -151,16 +157,16 @@ class LevelChain(QuadricClustering):
             self.add(launch, bytes=moved)
             return
         kind = "" if self.private else "_fixed_point"
-        words, cells = arguments["word_count"], arguments["capacity"]
+        words, cells = WORD_ROWS * arguments["word_count"], arguments["capacity"]
         launches = [
             self._launch(kernel, rows, stage, arguments)
             for kernel, rows in (
                 ("level_chain_fragment_bits", words),
                 (f"level_chain_fragment_downsample{kind}", words),
-                (f"level_chain_geometry_count{kind}", triangles),
+                (f"level_chain_geometry_decimate{kind}", triangles),
                 (f"quadric_clustering_fragment_solve{kind}", cells),
                 ("cluster_compact", cells),
-                ("level_chain_geometry_write", triangles),
+                ("level_chain_geometry_join", triangles),
             )
         ]
         for launch in launches[:-1]:

@@ -27,7 +27,7 @@ class Level:
     vertices   float [3 * capacity]      output positions
     triangles  uint  [3 * triangles]     output triangles
     counts     uint  [2]                 live output vertices and triangles
-    parents    uint  [capacity before]   the cell, by rank, of each output vertex of the level before; None for the first
+    parents    uint  [capacity before]   the cell, by rank, of each output vertex of that level; None for the first
     ```
 
     Attributes:

@@ -17,7 +17,8 @@
 //           survivors      uint[3 * triangle_capacity]
 //           counts         uint[2]                     output vertices, output triangles
 //           chunk_sums     uint[1]
-//           triangle_sums  uint[1]
+//           pieces         uint[3 * triangle_capacity]
+//           piece_counts   uint[1]
 // Needs     cluster/compact.cl cluster/quadric_clustering/fragment.cl cluster/level_chain/fragment.cl cluster/level_chain/geometry.cl
 // Plain     cluster/level_chain/reference.py
 
@@ -37,7 +38,8 @@ __kernel void level_chain_serial(
     __global uint *survivors,
     __global uint *counts,
     __global uint *chunk_sums,
-    __global uint *triangle_sums,
+    __global uint *pieces,
+    __global uint *piece_counts,
     const uint4 fine_cells,
     const uint4 cells,
     const float4 low,
@@ -56,10 +58,11 @@ __kernel void level_chain_serial(
     level_chain_fragment_bits(fine_words, words, chunk_sums, fine_cells, cells, fine_word_count, word_count, 1);
     level_chain_fragment_downsample(fine_words, (__global const float16 *)fine_maps, fine_ranks, chunk_sums, words,
         (__global float16 *)maps, parents, state, fine_cells, cells, fine_map_count, fine_capacity, capacity, word_count, 1);
-    level_chain_geometry_count(triangles, fine_counts, parents, maps, triangle_sums, triangle_capacity, 1);
+    level_chain_geometry_decimate(
+        triangles, fine_counts, parents, pieces, piece_counts, maps, triangle_capacity, 1);
     quadric_clustering_fragment_solve(
         (__global const float16 *)maps, state, solved, chunk_sums, per_box, placement, 1, capacity, 1);
     cluster_compact(solved, state, chunk_sums, new_ranks, vertices, counts, low, to_model, capacity, 1);
-    level_chain_geometry_write(
-        triangles, fine_counts, parents, new_ranks, triangle_sums, survivors, counts, triangle_capacity, 1);
+    level_chain_geometry_join(
+        fine_counts, pieces, piece_counts, new_ranks, survivors, counts, triangle_capacity, 1);
 }
