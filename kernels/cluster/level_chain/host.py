@@ -33,9 +33,7 @@ from lodbench.kernels.system import Check, run
 FOLDER = "cluster/level_chain"
 FILES = (*CLUSTERING, *(f"{FOLDER}/{name}.cl" for name in ("fragment", "geometry", "serial")))
 WORD_ROWS = 16  # a word of 64 cells takes as long as so many of other rows
-SERIAL = (
-    16384  # triangles of the level before: with fewer, launches cost more than a walk by one core
-)
+SERIAL = 2  # chunks of triangles; with so few, launches cost more than a walk by one core
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Clustering | Unchanged:
@@ -149,7 +147,8 @@ class LevelChain(QuadricClustering):
         """A level's walk: over words, the triangles, the level's cells, and the triangles again."""
         sums = arguments["maps" if self.private else "sums"].size_bytes
         moved = sums + POINT * (triangles + arguments["capacity"])
-        if self.private and self.device.is_cpu and triangles <= SERIAL:
+        few = chunk_count(self.device, triangles) <= SERIAL
+        if self.private and self.device.is_cpu and few:
             launch = self.program("level_chain_serial").launch(
                 "level_chain_serial", 1, stage=stage, local=1,
                 **self._of("level_chain_serial", arguments),

@@ -40,7 +40,7 @@ BALL, RING = icosphere(4), torus(90, 60)
 @pytest.fixture(params=WAYS)
 def way(request, monkeypatch):
     if request.param != "serial":
-        monkeypatch.setattr(host, "SERIAL", -1)
+        monkeypatch.setattr(host, "SERIAL", 0)
     return WAYS[request.param]
 
 
@@ -116,7 +116,7 @@ def test_level_chain_first_level_and_bytes_do_not_depend_on_what_follows(device,
     assert outcome(chain(device, RING, cells=25, levels=2).result()) == expected[:2]
     run(device, whole)
     assert outcome(whole.result()) == expected
-    monkeypatch.setattr(host, "SERIAL", -1)
+    monkeypatch.setattr(host, "SERIAL", 0)
     assert outcome(chain(device, RING, cells=25, levels=4).result()) == expected
 
 
