@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -14,8 +15,22 @@ from lodbench.datasets_gen import gltf
 from lodbench.datasets_gen.ply import ply_file
 from lodbench.datasets_gen.surfaces import TriangleMesh
 
+LOD_EXTENSION = "MSFT_lod"
 
-def _scene(mesh: TriangleMesh) -> trimesh.Scene:
+
+def _scene(*meshes: TriangleMesh) -> trimesh.Scene:
+    """A node for each mesh, in their order."""
+    scene = trimesh.Scene()
+    for number, mesh in enumerate(meshes):
+        place = np.eye(4)  # in text, with all digits of a float64
+        if mesh.origin is not None:
+            place[:3, 3] = mesh.origin
+        name = f"level_{number}" if number else None
+        scene.add_geometry(_shape(mesh), name, name, transform=place)
+    return scene
+
+
+def _shape(mesh: TriangleMesh) -> trimesh.Trimesh:
     colours = mesh.colours
     if colours is not None:
         colours = np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
@@ -28,12 +43,18 @@ def _scene(mesh: TriangleMesh) -> trimesh.Scene:
     )
     if mesh.uvs is not None:
         shape.vertex_attributes[gltf.UV] = gltf.turned_over(mesh.uvs)
-    scene = trimesh.Scene()
-    place = np.eye(4)  # in text, with all digits of a float64
-    if mesh.origin is not None:
-        place[:3, 3] = mesh.origin
-    scene.add_geometry(shape, transform=place)
-    return scene
+    return shape
+
+
+def _as_levels(tree: dict[str, Any]) -> None:
+    """Of the nodes of a scene the first alone is drawn, the others are its lower levels of detail."""
+    gltf.unmarked(tree)
+    (scene,) = tree["scenes"]
+    first, *lower = scene["nodes"]
+    if lower:
+        scene["nodes"] = [first]
+        tree["nodes"][first]["extensions"] = {LOD_EXTENSION: {"ids": lower}}
+        tree["extensionsUsed"] = [*tree.get("extensionsUsed", []), LOD_EXTENSION]
 
 
 def _lines(form: str, rows: NDArray) -> str:
@@ -93,6 +114,23 @@ WRITERS: dict[str, Callable[[TriangleMesh], bytes]] = {
     ".glb": lambda mesh: export_glb(_scene(mesh), tree_postprocessor=gltf.unmarked),
 }
 """By suffix."""
+
+
+def _chain(levels: Sequence[TriangleMesh]) -> trimesh.Scene:
+    """Levels without triangles are left out, for glTF cannot hold them."""
+    return _scene(*([level for level in levels if level.triangle_count] or levels[:1]))
+
+
+CHAIN_WRITERS: dict[str, Callable[[Sequence[TriangleMesh]], bytes]] = {
+    ".gltf": lambda levels: export_gltf(
+        _chain(levels), embed_buffers=True, tree_postprocessor=_as_levels
+    )["model.gltf"],
+    ".glb": lambda levels: export_glb(_chain(levels), tree_postprocessor=_as_levels),
+}
+"""Levels of detail in one file, finest first: readers that do not know the extension MSFT_lod see the finest alone.
+
+Source: Khronos glTF 2.0, vendor extension MSFT_lod.
+"""
 
 CARRIED = {
     ".ply": ("normals", "uvs", "colours", "tags"),

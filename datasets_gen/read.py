@@ -12,7 +12,7 @@ import logging
 import os
 import re
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -21,7 +21,7 @@ import trimesh
 from trimesh.resolvers import FilePathResolver
 
 from lodbench.datasets_gen import files, gltf
-from lodbench.datasets_gen.formats import WRITERS
+from lodbench.datasets_gen.formats import CHAIN_WRITERS, WRITERS
 from lodbench.datasets_gen.names import FOLDERS
 from lodbench.datasets_gen.obj import parse_obj
 from lodbench.datasets_gen.order import welded
@@ -114,6 +114,15 @@ def mesh_bytes(mesh: TriangleMesh, suffix: str) -> bytes:
         return WRITERS[suffix.lower()](mesh)
 
 
+def chain_bytes(levels: Sequence[TriangleMesh], suffix: str) -> bytes | None:
+    """One file of that suffix with all levels of detail, finest first; None where the format holds one mesh alone."""
+    write = CHAIN_WRITERS.get(suffix.lower())
+    if write is None:
+        return None
+    with _quiet():
+        return write(levels)
+
+
 def check_writable(path: str | os.PathLike[str]) -> None:
     """Raise FileError where `write_mesh(path, ...)` could not work: call it before long work."""
     path = Path(path)
@@ -151,6 +160,20 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
             yield stream
     except OSError as error:
         raise FileError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def write_all(contents: Mapping[Path, bytes]) -> None:
+    """Write several files: each is complete before the first takes its name.
+
+    Raises:
+        FileError: one cannot be written, or the disk is full; then all are as they were, unless the names themselves
+            could not be given.
+    """
+    with contextlib.ExitStack() as stack:
+        for path, content in contents.items():
+            stream = stack.enter_context(replacing(path))
+            stream.write(content)
+            stream.flush()
 
 
 def _checked_suffix(path: Path, known: dict[str, Callable]) -> Callable:

@@ -23,6 +23,8 @@ class Result:
         levels: all levels of a chain, coarsest last; (mesh,) where there is one.
         counters: sizes and choices of the method, by name.
         setup, frame: where the time went, seconds by stage.
+        level_maps: one for each level of a chain but the last: (n,) uint32, the vertex of the next level for each of
+            its vertices, 0xFFFFFFFF where there is none.
     """
 
     mesh: TriangleMesh
@@ -31,3 +33,4 @@ class Result:
     counters: dict[str, int | float] = field(default_factory=dict)
     setup: Timeline = field(default_factory=Timeline)
     frame: Timeline = field(default_factory=Timeline)
+    level_maps: tuple[NDArray[np.uint32], ...] = ()

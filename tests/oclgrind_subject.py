@@ -142,7 +142,7 @@ def run_system(device, name):
             if prepared.output and not drawn:
                 draw(device, prepared, subject)
                 drawn = True
-    if name == "adaptive_patterns":
+    if name in ("adaptive_patterns", "level_chain"):
         failed += run_in_chunks(device, system)
     failed += run_mapped(device, system)
     simplify = getattr(sys.modules[system.prepare.__module__.rpartition(".")[0]], "simplify", None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -193,3 +193,32 @@ class MeshTarget(Target):
 
         self.write(read.mesh_bytes(mesh, self.suffix))
         return self.lost(source, set(self.carried(mesh)), json_output)
+
+    def write_chain(
+        self, levels: Sequence[Any], source: Source, json_output: bool = False
+    ) -> tuple[list[Path], list[str]]:
+        """Write levels of detail, finest first: one file of glTF or GLB, else OUT_0.ply, OUT_1.ply and so on.
+
+        Returns:
+            The files, and what `lost` says.
+
+        Raises:
+            ValueError: several files cannot go to standard output; FileError where one cannot be written.
+        """
+        from lodbench.datasets_gen import read
+
+        whole = read.chain_bytes(levels, self.suffix)
+        if whole is not None:
+            self.write(whole)
+            return [self.path], self.lost(source, set(self.carried(levels[0])), json_output)
+        if self.piped:
+            raise ValueError(
+                f"OUT: expected a file's name, or --format glb, for {len(levels)} levels, got -"
+            )
+        name = self.path
+        paths = [name.with_name(f"{name.stem}_{k}{name.suffix}") for k in range(len(levels))]
+        for path in paths:
+            read.check_replaceable(path)
+        contents = (read.mesh_bytes(level, self.suffix) for level in levels)
+        read.write_all(dict(zip(paths, contents, strict=True)))
+        return paths, self.lost(source, set(self.carried(levels[0])), json_output)

@@ -51,9 +51,13 @@ def _finish(
 ) -> None:
     from lodbench.kernels.targets import off_target
 
-    lost = target.write_mesh(result.mesh, source, json_output)
+    levels, out = result.levels, [target.path]
+    if len(levels) > 1:
+        out, lost = target.write_chain(levels, source, json_output)
+    else:
+        lost = target.write_mesh(result.mesh, source, json_output)
     facts = {
-        "out": target.path,
+        "out": out[0],
         "triangles_in": source.surface.triangle_count,
         "triangles_out": result.mesh.triangle_count,
         "vertices_in": source.surface.vertex_count,
@@ -63,6 +67,11 @@ def _finish(
         "wall_s": time.perf_counter() - started,
         "counters": dict(result.counters),
     }
+    if len(levels) > 1:
+        facts["levels"] = [
+            {"out": path, "triangles": level.triangle_count, "vertices": level.vertex_count}
+            for path, level in zip(out if len(out) > 1 else out * len(levels), levels, strict=True)
+        ]
     if json_output:
         target.say_json(facts)
     elif not quiet:
@@ -72,10 +81,14 @@ def _finish(
                 f"normals are split along {cracked:,} edges of the input: cracks open there"
             )
         target.say(
-            f"{target.path}: {facts['triangles_in']:,} -> {facts['triangles_out']:,} triangles"
+            f"{out[0]}: {facts['triangles_in']:,} -> {facts['triangles_out']:,} triangles"
             f"{f' ({missed})' if missed else ''}, "
             f"{facts['vertices_in']:,} -> {facts['vertices_out']:,} points, {facts['wall_s']:.2f} s"
         )
+        for level in facts.get("levels", [])[1:]:
+            target.say(
+                f"{level['out']}: {level['triangles']:,} triangles, {level['vertices']:,} points"
+            )
 
 
 @app.command()
@@ -135,6 +148,10 @@ def simplify(
     Finer at the right: lodbench simplify torus_20k fine.ply -n 4000 --region 1,0,0,0.3,8
 
     Piped: lodbench simplify - - --format obj -n 500 < small.ply > smaller.obj
+
+    Several levels in one GLB or glTF; as OUT_0.ply, OUT_1.ply ... in other formats:
+
+    Example: lodbench simplify torus_20k levels.glb -n 9000 --method level_chain -s levels=4
     """
     from lodbench.kernels import Device, simplify_mesh
 

@@ -148,7 +148,8 @@ SLOPE_COLUMNS = (
 )
 
 
-def _interval(key: str, label: str, more: str) -> tuple[Column, ...]:
+def interval_columns(key: str, label: str, more: str) -> tuple[Column, ...]:
+    """A ratio and the ends of its interval."""
     return (
         Column(key, label, "1", brief=True),
         Column(f"{key}_low", f"... {more}low", "1"),
@@ -163,7 +164,9 @@ def ratio_columns(
     found = tuple(
         column
         for name in subjects
-        for column in _interval(f"ratio_to_{name}", f"times faster than {name}", f"than {name}, ")
+        for column in interval_columns(
+            f"ratio_to_{name}", f"times faster than {name}", f"than {name}, "
+        )
     )
     return found if shown is None else brief(found, *(f"ratio_to_{name}" for name in shown))
 
@@ -173,7 +176,9 @@ def frame_ratio_columns(subjects: Iterable[str]) -> tuple[Column, ...]:
     return tuple(
         column
         for name in subjects
-        for column in _interval(f"frame_ratio_to_{name}", f"frame fps over that of {name}", "")
+        for column in interval_columns(
+            f"frame_ratio_to_{name}", f"frame fps over that of {name}", ""
+        )
     )
 
 

@@ -33,6 +33,7 @@ class Clustering(DeviceSubject):
     `compact`, `emit` and `ready`.
 
     ```
+    words         ulong [2 * words]       of 64 cells each: their bits, occupied cells before them
     state         uint  [4]               [0]: occupied cells
     points        float [4 * vertices]    x y z in units of the largest even cell edge, bits of the cell's rank
     solved        float [4 * capacity]    representative in those units, kind; kind 0: no surviving triangle uses it
@@ -88,7 +89,7 @@ class Clustering(DeviceSubject):
         chunks = chunk_count(self.device, most)
         self.chunk_sums = self.allocate("chunk_sums", chunks, np.uint32)
         marks = self.allocate("marks", 64 * words_count, np.uint8)
-        words = self.allocate("words", (words_count, 2), np.uint64)
+        words = self.words = self.allocate("words", (words_count, 2), np.uint64)
         self.state = self.allocate("state", 4, np.uint32)
         place = {
             "positions": upload.placed,
@@ -214,16 +215,20 @@ class Clustering(DeviceSubject):
             launch = self.launch(walked["kernel"], count, stage, **own, **written)
         self.add(launch, bytes=lambda own: POINT * own.live()[1])
         if remove_duplicates:
-            self._remove_duplicates(joined, stage)
+            self.counts = self.remove_duplicates(joined, self.survivors, self.counts, stage)
 
-    def _remove_duplicates(self, joined: Buffer, stage: str) -> None:
-        count, total = self._triangles, self.counts
-        with self.setup.host("build"):
-            self._programs.append(self.device.build("cluster/duplicates.cl"))
+    def remove_duplicates(
+        self, joined: Buffer, survivors: Buffer, total: Buffer, stage: str
+    ) -> Buffer:
+        """The first of triangles with the same three vertices, from `joined` to `survivors`; returns their `counts`."""
+        count = joined.shape[0]
+        if not any("cluster_duplicates_insert" in program.kernels for program in self._programs):
+            with self.setup.host("build"):
+                self._programs.append(self.device.build("cluster/duplicates.cl"))
         slot_count = 2 << max(count, 1).bit_length()
         slots = self.allocate("slots", slot_count, np.uint32)
         flags = self.allocate("flags", count, np.uint8)
-        self.counts = self.allocate("counts", 2, np.uint32, "output")
+        counts = self.allocate("counts", 2, np.uint32, "output")
         found = {"joined": joined, "total": total, "slots": slots, "slot_mask": slot_count - 1}
         kept = {"flags": flags, "chunk_sums": self.chunk_sums}
         self.fill(stage, slots, 0xFFFFFFFF)
@@ -232,10 +237,11 @@ class Clustering(DeviceSubject):
             self.launch("cluster_duplicates_count", count, stage, **found, **kept),
             self.launch(
                 "cluster_duplicates_write", count, stage,
-                joined=joined, total=total, survivors=self.survivors, counts=self.counts, **kept,
+                joined=joined, total=total, survivors=survivors, counts=counts, **kept,
             ),
         ):  # fmt: skip
             self.add(launch)
+        return counts
 
     def ready(self, *kernels: Any) -> None:
         """Set the output; run a frame, unless this device has run one with these `kernels`."""

@@ -1,6 +1,10 @@
+import errno
+import io
+import json
 import os
 import struct
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +14,16 @@ from hypothesis import strategies as st
 
 from lodbench.datasets_gen import read, triangles
 from lodbench.datasets_gen.arrays import FAR
-from lodbench.datasets_gen.read import FileError, check_writable, read_mesh, write_mesh
+from lodbench.datasets_gen.read import (
+    FileError,
+    chain_bytes,
+    check_writable,
+    read_mesh,
+    write_all,
+    write_mesh,
+)
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.triangles import icosphere
 from tests.datasets_gen.topology import soup, topology
 from tests.tolerances import EPSILON32, ROUNDING32
 
@@ -435,3 +447,54 @@ def test_degenerate_facets_far_from_zero_are_written_as_stl(tmp_path):
     mesh = TriangleMesh(np.eye(3) * 0.1 + MAP, [(0, 1, 2), (0, 0, 1)])
     write_mesh(tmp_path / "mesh.stl", mesh)
     assert read_mesh(tmp_path / "mesh.stl").triangle_count == 2
+
+
+def test_levels_in_glb_are_lower_nodes_of_the_first(tmp_path):
+    levels = [icosphere(k).with_origin(np.array((1e6, 0, 3))) for k in (2, 1, 0)]
+    nothing = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int))
+    data = chain_bytes([*levels, nothing], ".glb")
+    length = int.from_bytes(data[12:16], "little")
+    tree = json.loads(data[20 : 20 + length])
+    assert tree["extensionsUsed"] == ["MSFT_lod"]
+    assert [node.get("extensions") for node in tree["nodes"]] == [
+        {"MSFT_lod": {"ids": [1, 2]}}, None, None,
+    ]  # fmt: skip
+    assert tree["scenes"][0]["nodes"] == [0]
+    counts = [
+        tree["accessors"][tree["meshes"][node["mesh"]]["primitives"][0]["indices"]]["count"] // 3
+        for node in tree["nodes"]
+    ]
+    assert counts == [level.triangle_count for level in levels]
+    path = tmp_path / "levels.glb"
+    path.write_bytes(data)
+    found = read_mesh(path)
+    assert np.array_equal(found.triangles, levels[0].triangles)
+    assert np.abs(found.points - levels[0].points).max() < 1e-6
+    assert len(trimesh.load_scene(path).geometry) == 3
+    assert chain_bytes(levels, ".ply") is None
+    alone = json.loads(chain_bytes(levels[:1], ".gltf"))
+    assert "extensionsUsed" not in alone
+
+
+def test_several_files_are_written_or_none(tmp_path, monkeypatch):
+    paths = [tmp_path / f"{k}.ply" for k in range(3)]
+    write_all({path: b"old" for path in paths})
+
+    class Full(io.RawIOBase):
+        def writable(self):
+            return True
+
+        def write(self, data):
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    opened = Path.open
+
+    def last_is_full(self, *words, **options):
+        return Full() if "2.ply" in self.name else opened(self, *words, **options)
+
+    monkeypatch.setattr(Path, "open", last_is_full)
+    with pytest.raises(FileError, match=r"2\.ply: cannot be written: No space"):
+        write_all({path: b"new" for path in paths})
+    monkeypatch.undo()
+    assert [path.read_bytes() for path in paths] == 3 * [b"old"]
+    assert len(list(tmp_path.iterdir())) == 3

@@ -60,15 +60,29 @@ def simplify(mesh: TriangleMesh, params: Params, warp: Warp | None = None) -> Re
     Source: DeCoro & Tatarchuk 2007, slides 12, 15 and 17; Lindstrom 2000 for the solve around the mean.
     """
     if warp is None:
-        grid = Grid.over(*mesh.box, params.grid_cells)
-        cells, limit = grid.cells_of(grid.points(mesh.positions)), np.ones(mesh.vertex_count)
-    else:
-        grid = warp.even(params.grid_cells)
-        cells, limit = warp.cells(mesh.positions, params.grid_cells)
+        return on_grid(mesh, Grid.over(*mesh.box, params.grid_cells), params)
+    cells, limit = warp.cells(mesh.positions, params.grid_cells)
+    return _simplified(mesh, warp.even(params.grid_cells), cells, limit, params)
+
+
+def on_grid(mesh: TriangleMesh, grid: Grid, params: Params) -> Reference:
+    """The same on any grid of even cells."""
+    cells = grid.cells_of(grid.points(mesh.positions))
+    return _simplified(mesh, grid, cells, np.ones(mesh.vertex_count), params)
+
+
+def _simplified(
+    mesh: TriangleMesh,
+    grid: Grid,
+    cells: NDArray[np.int64],
+    limit: NDArray[np.float64],
+    params: Params,
+) -> Reference:
+    """The same of vertices in these cells; `limit` is how far each lets its cell's representative step."""
     points = grid.points(mesh.positions).astype(np.float64)
     border = used_once(edges_of(mesh.triangles)) if params.uses_border else NO_EDGES
     kept = border_vertices(border) if params.keeps_border else NO_VERTICES
-    own_cells = grid.cell_count if warp is None else int(cells.max(initial=0)) + 1
+    own_cells = int(cells.max(initial=0)) + 1
     cells[kept] = own_cells + np.arange(len(kept))
 
     # pass 3: a triangle survives when its corners lie in three cells; its cells are used

@@ -7,12 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from lodbench.datasets_gen.catalogue import load
 from lodbench.datasets_gen.images import read_geometry_image
 from lodbench.datasets_gen.read import mesh_bytes, parse_mesh, read_mesh, write_mesh
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, torus
 from lodbench.harness.cli.app import main
-from lodbench.kernels import refine_mesh
+from lodbench.kernels import refine_mesh, simplify_mesh
 
 TORUS = torus(24, 12)
 MAP = np.array((4e5, 5e6, 100.0))
@@ -196,3 +197,59 @@ def test_refine_says_where_cracks_open(tmp_path, capsys):
     for method, said in (("pn_triangles", True), ("pattern", False)):
         assert main(["refine", source, out, "--method", method]) == 0
         assert ("normals are split along 1 edges" in capsys.readouterr().err) == said
+
+
+def chain_words(out, *more):
+    return [
+        "simplify",
+        "torus_2k",
+        str(out),
+        "-c",
+        "20",
+        "-m",
+        "level_chain",
+        "-s",
+        "levels=3",
+        *more,
+    ]
+
+
+def test_levels_are_written_as_numbered_files(tmp_path, capsys, device):
+    assert main(chain_words(tmp_path / "out.ply")) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"out_{k}.ply" for k in range(3)]
+    said = capsys.readouterr().out
+    expected = simplify_mesh(
+        device, load("torus_2k").surface, cells=20, method="level_chain", levels=3
+    )
+    for number, level in enumerate(expected.levels):
+        found = read_mesh(tmp_path / f"out_{number}.ply")
+        assert np.array_equal(found.triangles, level.triangles)
+        assert np.array_equal(found.positions, level.positions)
+        assert f"out_{number}.ply: " in said
+    main(chain_words(tmp_path / "one.ply", "-s", "levels=1"))
+    assert (tmp_path / "one.ply").is_file()
+
+
+def test_levels_are_one_file_of_gltf_and_glb(tmp_path, capsys):
+    for suffix in (".glb", ".gltf"):
+        path = tmp_path / f"out{suffix}"
+        assert main(chain_words(path, "--json")) == 0
+        facts = json.loads(capsys.readouterr().out)
+        counts = [level["triangles"] for level in facts["levels"]]
+        assert {level["out"] for level in facts["levels"]} == {str(path)}
+        assert facts["triangles_out"] == counts[0] > counts[1] > counts[2]
+        assert read_mesh(path).triangle_count == counts[0], "readers see the finest"
+
+
+def test_levels_leave_nothing_where_one_cannot_be_written(piped, tmp_path):
+    (tmp_path / "out_2.ply").mkdir()
+    code, _, said = piped(b"", *chain_words(tmp_path / "out.ply"))
+    assert code != 0
+    assert "out_2.ply: expected a file to write" in said
+    assert [path.name for path in tmp_path.iterdir()] == ["out_2.ply"]
+    code, out, said = piped(b"", *chain_words("-"))
+    assert (code != 0, out) == (True, b"")
+    assert "OUT: expected a file's name, or --format glb, for 3 levels, got -" in said
+    code, out, _ = piped(b"", *chain_words("-", "--format", "glb"))
+    assert code == 0
+    assert out[:4] == b"glTF"

@@ -63,3 +63,48 @@ def test_quick_groups_are_fewer_and_valid(name):
         for found in groups:
             found.validate()
     assert counts[0] < counts[1]
+
+
+def test_dt07_chain_rows_have_shares_of_the_first_level_and_what_a_level_costs_anew():
+    first = {"pass_1_and_3": 0.9, "pass_2": 0.1}
+    tail = {"level_2": 0.15, "level_3": 0.04, "level_4": 0.01}
+    counters = {
+        "triangles": 1000,
+        **{f"level_{k}_triangles": 1000 >> 2 * (k - 1) for k in (2, 3, 4)},
+    }
+    quality = {"rms_error": 1e-3}
+    chains = [
+        subject(
+            f"level_{k}", [first | dict(list(tail.items())[: k - 1])] * 5, system="level_chain",
+            params={"cells": 40.0, "levels": k}, counters=counters, quality=quality,
+        )
+        for k in (1, 2, 3, 4)
+    ]  # fmt: skip
+    again = [
+        subject(
+            f"anew_{k}", [0.9] * 5, system="quadric_clustering", counters={"triangles": 1000 >> k},
+            params={"cells": 40 / 2 ** (k - 1)}, quality=quality,
+        )
+        for k in (2, 3, 4)
+    ]  # fmt: skip
+    rows, _ = rows_of("dt07_chain", group(*chains, *again, table="dt07_chain", dataset="bunny"))
+    assert [rows[f"level_{k}"]["share"] for k in (2, 3, 4)] == pytest.approx([0.15, 0.19, 0.2])
+    assert rows["level_4"]["chain_ratio"] == pytest.approx(3.7 / 1.2)
+    assert rows["level_3"]["level_ratio"] == pytest.approx(0.9 / 0.04)
+    assert rows["level_3"]["level_s"] == pytest.approx(0.04)
+    assert rows["level_3"]["triangles_out"] == 62
+    assert rows["level_3"]["rms_error"] is None, "what was judged is the first level"
+    assert rows["level_1"]["rms_error"] == rows["anew_3"]["rms_error"] == 1e-3
+    assert rows["level_1"].get("share") is rows["anew_2"].get("share") is None
+    assert rows["anew_2"]["level"] == 2
+
+
+def test_dt07_chain_has_no_share_where_a_subject_failed():
+    kept = [
+        subject(f"level_{k}", [1.0] * 5, system="level_chain", counters={"triangles": 9})
+        for k in (1, 2)
+    ]
+    failed = subject("anew_2", [], status="failed", system="quadric_clustering")
+    rows, _ = rows_of("dt07_chain", group(*kept, failed, table="dt07_chain", dataset="bunny"))
+    assert rows["level_2"].get("share") is None
+    assert rows["anew_2"]["status"] == "failed"
