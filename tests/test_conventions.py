@@ -67,7 +67,6 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/tables/gmr05_path.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_st_mesh.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_pn.py": "harness/tables/test_gmr05.py",
-    "harness/tables/scaling.py": "harness/tables/test_scaling.py",
     "harness/tables/w14_parameterisation.py": "harness/tables/test_w14.py",
     "harness/tables/w14_scale.py": "harness/tables/test_w14.py",
     "harness/tables/w14_table1.py": "harness/tables/test_w14.py",

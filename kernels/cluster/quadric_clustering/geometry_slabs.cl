@@ -3,8 +3,7 @@
 // Source    DeCoro & Tatarchuk 2007, slides 11-12 (quadric map) and 16-17 (final clustering); the slabs are a reconstruction.
 //           A slab is a run of cells. The triangles that touch it are listed in their order, so each cell's sum has the
 //           order and so the bits of one item per map over all triangles, whatever the number of slabs and chunks
-// Work      1-D, `ranks` one item per chunk of vertices, `list` one per chunk of triangles, `sum` one per slab, eight
-//           triangles at a time
+// Work      1-D, one item per chunk of vertices, then of triangles; `sum` one per slab, eight triangles at a time
 // Reads     points        float4[vertex_count]         x y z in units of the largest cell edge, w: bits of the cell's rank
 //           triangles     uint[3 * triangle_count]
 // Writes    ranks         uint[vertex_count]           the same ranks close together
@@ -20,8 +19,8 @@
 // Needs     common/chunk.cl cluster/quadric_clustering/share.cl cluster/quadric_clustering/geometry.cl
 // Plain     cluster/quadric_clustering/reference.py
 
-#define BINS 1024 // as slabs.py has it
-#define BLOCK 128  // as slabs.py has it
+#define BINS 1024 // like BLOCK, as slabs.py has it
+#define BLOCK 128
 #define MOST_SLABS 256
 
 __kernel void quadric_clustering_geometry_slabs_ranks(
@@ -44,14 +43,11 @@ __kernel void quadric_clustering_geometry_slabs_ranks(
 
     // the first chunks sample for all
     if (chunk >= sample_count) return;
-    uint bins[BINS];
-    for (uint b = 0; b < BINS; ++b) bins[b] = 0;
+    uint bins[BINS] = {0};
     const uint2 share = geometry_share(chunk, sample_count, triangle_count);
     for (ulong t = share.x; t < share.y; t += stride) {
-        const uint3 v = vload3((size_t)t, triangles);
-        ++bins[geometry_rank(points, v.x) >> shift];
-        ++bins[geometry_rank(points, v.y) >> shift];
-        ++bins[geometry_rank(points, v.z) >> shift];
+        const size_t row = 3 * (size_t)t;
+        for (uint i = 0; i < 3; ++i) ++bins[geometry_rank(points, triangles[row + i]) >> shift];
     }
     for (uint b = 0; b < BINS; ++b) samples[BINS * chunk + b] = bins[b];
 }
@@ -65,9 +61,8 @@ static inline void slabs_cut(
     for (uint b = 0; b < BINS; ++b) bins[b] = 0;
     for (uint sample = 0; sample < sample_count; ++sample)
         for (uint b = 0; b < BINS; ++b) bins[b] += samples[BINS * sample + b];
-    ulong total = 0;
+    ulong total = 0, before = 0;
     for (uint b = 0; b < BINS; ++b) total += bins[b];
-    ulong before = 0;
     for (uint b = 0; b < BINS; ++b) {
         slabs[b] = total ? (2 * before + bins[b]) * slab_count / (2 * total + 1) : 0;
         before += bins[b];
@@ -139,9 +134,7 @@ __kernel void quadric_clustering_geometry_slabs_list(
         out[1] = b;
         out[2] = c;
         out += (a != b) & (b != c) & (c != a) ? emit : 0;
-        const uint sa = slabs[a >> shift];
-        const uint sb = slabs[b >> shift];
-        const uint sc = slabs[c >> shift];
+        const uint sa = slabs[a >> shift], sb = slabs[b >> shift], sc = slabs[c >> shift];
         slabs_push(lists, links, ends + sa, &next, v, true);
         if ((sb != sa) | (sc != sa)) { // of the three slabs each once
             slabs_push(lists, links, ends + sb, &next, v, sb != sa);
