@@ -1,4 +1,4 @@
-"""Quadric clustering by the number of cores: private maps against slabs, measured as far as cores go, then projected."""
+"""Quadric clustering by the number of cores: private maps against slabs, measured, then projected to more cores."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ SYSTEM = System(
         "average_64": Params(64, placement="average"),
         "paper_64": Params(64, placement="paper"),
         "separate_64": Params(64, strategy="separate"),
-        "slabs_64": Params(64, accumulate="slabs"),
+        "slabs_64": Params(64, accumulate="slabs", slabs=4),
         "fixed_point_64": Params(64, accumulate="fixed_point"),
         "no_duplicates_64": Params(64, remove_duplicates=True),
         "border_none_30": Params(30, border="none"),

@@ -3,10 +3,11 @@
 // Source    DeCoro & Tatarchuk 2007, slides 11-12 (quadric map) and 16-17 (final clustering); the slabs are a reconstruction.
 //           A slab is a run of cells. The triangles that touch it are listed in their order, so each cell's sum has the
 //           order and so the bits of one item per map over all triangles, whatever the number of slabs and chunks
-// Work      1-D, `sample` and `list` one item per chunk of triangles; `sum` one item per slab, eight triangles at a time
+// Work      1-D, one item per chunk of vertices, then of triangles; `sum` one per slab, eight triangles at a time
 // Reads     points        float4[vertex_count]         x y z in units of the largest cell edge, w: bits of the cell's rank
 //           triangles     uint[3 * triangle_count]
-// Writes    samples       uint[BINS * chunk_count]     per chunk: corners of every stride-th triangle by bin, 2^shift cells
+// Writes    ranks         uint[vertex_count]           the same ranks close together
+//           samples       uint[BINS * sample_count]    per share: corners of every stride-th triangle by bin, 2^shift cells
 //           bounds        uint[slab_count + 1]         first cell of each slab
 //           pieces        uint[3 * triangle_count + 4 * chunk_count]  ranks of surviving triangles, one piece per chunk
 //           piece_counts  uint[chunk_count]            triangles in each piece
@@ -18,32 +19,37 @@
 // Needs     common/chunk.cl cluster/quadric_clustering/share.cl cluster/quadric_clustering/geometry.cl
 // Plain     cluster/quadric_clustering/reference.py
 
-#define BINS 1024 // as slabs.py has it
-#define BLOCK 128  // as slabs.py has it
+#define BINS 1024 // like BLOCK, as slabs.py has it
+#define BLOCK 128
 #define MOST_SLABS 256
 
-__kernel void quadric_clustering_geometry_slabs_sample(
+__kernel void quadric_clustering_geometry_slabs_ranks(
     __global const float4 *points,
     __global const uint *restrict triangles,
+    __global uint *restrict ranks,
     __global uint *restrict samples,
     const uint shift,
     const uint stride,
+    const uint sample_count,
+    const uint vertex_count,
     const uint triangle_count,
-    const uint sample_count)
+    const uint chunk_count)
 {
-    const uint sample = get_global_id(0);
-    if (sample >= sample_count) return;
+    const uint chunk = get_global_id(0);
+    if (chunk >= chunk_count) return;
 
-    uint bins[BINS];
-    for (uint b = 0; b < BINS; ++b) bins[b] = 0;
-    const uint2 share = geometry_share(sample, sample_count, triangle_count);
+    const uint2 rows = chunk_rows(chunk, chunk_count, vertex_count);
+    for (uint v = rows.x; v < rows.y; ++v) ranks[v] = geometry_rank(points, v);
+
+    // the first chunks sample for all
+    if (chunk >= sample_count) return;
+    uint bins[BINS] = {0};
+    const uint2 share = geometry_share(chunk, sample_count, triangle_count);
     for (ulong t = share.x; t < share.y; t += stride) {
-        const uint3 v = vload3((size_t)t, triangles);
-        ++bins[geometry_rank(points, v.x) >> shift];
-        ++bins[geometry_rank(points, v.y) >> shift];
-        ++bins[geometry_rank(points, v.z) >> shift];
+        const size_t row = 3 * (size_t)t;
+        for (uint i = 0; i < 3; ++i) ++bins[geometry_rank(points, triangles[row + i]) >> shift];
     }
-    for (uint b = 0; b < BINS; ++b) samples[BINS * sample + b] = bins[b];
+    for (uint b = 0; b < BINS; ++b) samples[BINS * chunk + b] = bins[b];
 }
 
 // The slab of each bin, so that slabs have like numbers of sampled corners: every chunk finds the same, which takes less
@@ -55,9 +61,8 @@ static inline void slabs_cut(
     for (uint b = 0; b < BINS; ++b) bins[b] = 0;
     for (uint sample = 0; sample < sample_count; ++sample)
         for (uint b = 0; b < BINS; ++b) bins[b] += samples[BINS * sample + b];
-    ulong total = 0;
+    ulong total = 0, before = 0;
     for (uint b = 0; b < BINS; ++b) total += bins[b];
-    ulong before = 0;
     for (uint b = 0; b < BINS; ++b) {
         slabs[b] = total ? (2 * before + bins[b]) * slab_count / (2 * total + 1) : 0;
         before += bins[b];
@@ -81,7 +86,7 @@ INLINE void slabs_push(__global uint *restrict lists, __global uint *restrict li
 }
 
 __kernel void quadric_clustering_geometry_slabs_list(
-    __global const float4 *points,
+    __global const uint *restrict ranks,
     __global const uint *restrict triangles,
     __global const uint *restrict samples,
     __global uint *restrict bounds,
@@ -119,19 +124,17 @@ __kernel void quadric_clustering_geometry_slabs_list(
     __global uint *piece = pieces + 3 * (size_t)share.x + 4 * chunk;
     __global uint *out = piece;
     for (uint t = share.x; t < share.y; ++t) {
-        __global const uint *ahead = triangles + 3 * (size_t)min(t + AHEAD, triangle_count - 1);
-        prefetch(points + ahead[0], 1);
-        prefetch(points + ahead[1], 1);
-        prefetch(points + ahead[2], 1);
+        const uint3 ahead = vload3(min(t + AHEAD, triangle_count - 1), triangles);
+        prefetch(ranks + ahead.x, 1);
+        prefetch(ranks + ahead.y, 1);
+        prefetch(ranks + ahead.z, 1);
         const uint3 v = vload3(t, triangles);
-        const uint a = geometry_rank(points, v.x), b = geometry_rank(points, v.y), c = geometry_rank(points, v.z);
+        const uint a = ranks[v.x], b = ranks[v.y], c = ranks[v.z];
         out[0] = a;
         out[1] = b;
         out[2] = c;
         out += (a != b) & (b != c) & (c != a) ? emit : 0;
-        const uint sa = slabs[a >> shift];
-        const uint sb = slabs[b >> shift];
-        const uint sc = slabs[c >> shift];
+        const uint sa = slabs[a >> shift], sb = slabs[b >> shift], sc = slabs[c >> shift];
         slabs_push(lists, links, ends + sa, &next, v, true);
         if ((sb != sa) | (sc != sa)) { // of the three slabs each once
             slabs_push(lists, links, ends + sb, &next, v, sb != sa);

@@ -24,7 +24,6 @@ from lodbench.kernels.system import Check
 
 PLACEMENTS = {"robust": 0, "paper": 1, "average": 2}
 SUM_LANES = 14
-WALK_FLOPS = 112  # a triangle: 70 for a plane and its products, 14 sums at each of 3 corners
 FOLDER = "cluster/quadric_clustering"
 FILES = tuple(
     f"{FOLDER}/{name}.cl" for name in ("setup", "fragment", "geometry", "geometry_emit", "border")
@@ -34,7 +33,7 @@ _PREFIX = "quadric_clustering_"
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Clustering | Unchanged:
     """See `cluster/prepare.py`; fixed_point needs 64-bit atomics."""
-    more = (slabs.FILE,) if slabs.chosen(device, params) == "slabs" else ()
+    more = (slabs.FILE,) if slabs.chosen(device, params, mesh.triangle_count) == "slabs" else ()
     return family.prepare(device, mesh, params, QuadricClustering, (*FILES, *more))
 
 
@@ -49,15 +48,17 @@ class QuadricClustering(Clustering):
         accumulate: how it is filled: never "auto".
         floats: one float map per chunk, else one of integers.
         fused: passes 1 and 3 in one walk.
+        slabs: what the walk leaves, where it goes by slabs.
         first, third: the stage names of passes 1 and 3.
     """
 
     params: Params
+    slabs: slabs.Slabs | None = None
 
     def __init__(self, upload: Upload, params: Params, found: Found | None = None) -> None:
         super().__init__(upload, params, found)
         device = upload.device
-        self.accumulate = slabs.chosen(device, params)
+        self.accumulate = slabs.chosen(device, params, self._triangles)
         self.floats = self.accumulate != "fixed_point"
         self.fused = self.floats and params.strategy == "fused"
         if not self.floats and "cl_khr_int64_base_atomics" not in device.facts.extensions:
@@ -87,7 +88,10 @@ class QuadricClustering(Clustering):
     def _prepare_sums(self) -> None:
         """The cluster map and the walk over the triangles that fills it."""
         if self.accumulate == "slabs":
-            self.sums = slabs.add_slabs(self)
+            self.slabs = slabs.add_slabs(
+                self, self._upload, self.params, self.first, self.fused, self.pieces
+            )
+            self.sums = self.slabs.maps
             return
         chunks, capacity, count = self.params.chunks, self.capacity, self._triangles
         arguments: dict[str, Any] = {
@@ -110,7 +114,7 @@ class QuadricClustering(Clustering):
         self.add(
             self.program(name).launch(name, items, stage=self.first, local=local, **arguments),
             bytes=POINT * count + self.points.size_bytes + self.sums.size_bytes,
-            flops=WALK_FLOPS * count,
+            flops=slabs.WALK_FLOPS * count,
         )
 
     def _hold_border(self) -> None:

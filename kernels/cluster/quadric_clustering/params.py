@@ -23,15 +23,15 @@ class Params(WarpedTarget):
             unit box, else the mean; "average", the mean of the corners.
         strategy: "fused", passes 1 and 3 in one walk over the triangles; "separate", three passes timed apart. Both
             give the same triangles and bits.
-        accumulate: "private", one float map per share of the triangles, summed by an item each; "slabs", the same maps
-            and bits, summed by an item for each run of cells out of lists of its triangles: more work, for any number
-            of cores; "fixed_point", one map of 64-bit integers and atomics, always in separate passes; "auto": on a CPU
-            private where it has fewer than twice as many cores as maps, else slabs; fixed_point on other devices. Each
+        accumulate: "private", one float map per share of the triangles, summed by one item each; "slabs", the same maps
+            and bits, summed by one item for each run of cells out of lists of its triangles: more work, for any number
+            of cores; "fixed_point", one map of 64-bit integers and atomics, always in separate passes. "auto":
+            fixed_point on what is no CPU; else slabs where there are more than twice as many as maps, and private. Each
             gives the same bits on every run; fixed_point also for any order of the triangles.
         chunks: maps of private and slabs, 1 to 4; the number decides how sums are rounded, so it belongs to the
             parameters.
-        slabs: runs of cells, 1 to 256, and as many chunks of triangles; 0: what the device's cores ask for. They change
-            no bit.
+        slabs: runs of cells, and about as many shares of the triangles, at most 256; 0: one for each core, of 4,096
+            triangles at the least. Their number changes no bit.
         border: "quadrics", border edges hold the representatives of their ends' cells, by planes upright on their
             triangles (with placement "robust"); "none", as published; "keep", border vertices stay where they are,
             each by itself, and come last.

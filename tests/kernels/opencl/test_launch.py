@@ -191,3 +191,13 @@ def test_kernels_of_launches_that_are_gone_serve_again(device, program, monkeypa
     del together
     program.launch("shifted", 3, stage="x", **arguments(device))
     assert made == ["shifted"] * 3
+
+
+def test_launch_runs_one_group_alone(device, program):
+    given = arguments(device, count=150)
+    launch = program.launch("shifted", 150, stage="vertex", local=64, **given)
+    assert launch.groups == 3
+    launch.group(Timeline(), 1)
+    expected = np.zeros(150, np.float32)
+    expected[64:128] = 2 * np.arange(64, 128) + 1
+    np.testing.assert_array_equal(device.read(given["sums"]), expected)
