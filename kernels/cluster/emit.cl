@@ -91,14 +91,14 @@ __kernel void cluster_emit_fates(
 
     const uint2 rows = chunk_rows(chunk, chunk_count, triangle_count);
     for (uint t = rows.x; t < rows.y; ++t) {
-        const uint3 v = vload3(t, triangles);
-        const float4 a = points[v.x], b = points[v.y], c = points[v.z];
-        const uint3 cell = (uint3)(as_uint(a.w), as_uint(b.w), as_uint(c.w));
+        const uint3 cell = emit_cells(points, triangles, t);
         uchar fate = 0;
         if (emit_survives(cell)) {
-            const float3 p = solved[cell.x].xyz;
+            const uint3 v = vload3(t, triangles);
+            const float3 a = points[v.x].xyz, p = solved[cell.x].xyz;
+            const float3 before = cross(points[v.y].xyz - a, points[v.z].xyz - a);
             const float3 after = cross(solved[cell.y].xyz - p, solved[cell.z].xyz - p);
-            fate = dot(cross(b.xyz - a.xyz, c.xyz - a.xyz), after) < 0.0f ? 2 : 1;
+            fate = dot(before, after) < 0.0f ? 2 : 1;
         }
         fates[t] = fate;
     }
