@@ -314,9 +314,12 @@ class Clustering(DeviceSubject):
         """The output's duplicate and turned triangles, counted."""
         vertices, triangles = self.live()
         rows = self.device.read(self.survivors, triangles).reshape(-1, 3)
+        # of all fates where each survivor is in the output: quicker than finding the rows
+        distinct = getattr(self.params, "remove_duplicates", False)
+        fates = self.sources()[1] if distinct else self.fates()
         return {
             "duplicate_triangles": turned.duplicates(rows, vertices),
-            "flipped_triangles": int(np.count_nonzero(self.sources()[1] == turned.TURNED)),
+            "flipped_triangles": int(np.count_nonzero(fates == turned.TURNED)),
         }
 
     def more_counters(self) -> Mapping[str, int | float]:

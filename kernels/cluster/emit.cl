@@ -90,16 +90,21 @@ __kernel void cluster_emit_fates(
     if (chunk >= chunk_count) return;
 
     const uint2 rows = chunk_rows(chunk, chunk_count, triangle_count);
-    for (uint t = rows.x; t < rows.y; ++t) {
-        const uint3 v = vload3(t, triangles);
-        const float4 a = points[v.x], b = points[v.y], c = points[v.z];
-        const uint3 cell = (uint3)(as_uint(a.w), as_uint(b.w), as_uint(c.w));
-        uchar fate = 0;
-        if (emit_survives(cell)) {
-            const float3 p = solved[cell.x].xyz;
-            const float3 after = cross(solved[cell.y].xyz - p, solved[cell.z].xyz - p);
-            fate = dot(cross(b.xyz - a.xyz, c.xyz - a.xyz), after) < 0.0f ? 2 : 1;
+    for (uint start = rows.x; start < rows.y; start += 64) {
+        // those that survive first, without a branch that nobody could foresee
+        uint survivors[64], count = 0;
+        for (uint t = start; t < min(start + 64, rows.y); ++t) {
+            const bool survives = emit_survives(emit_cells(points, triangles, t));
+            fates[t] = survives;
+            survivors[count] = t;
+            count += survives;
         }
-        fates[t] = fate;
+        for (uint i = 0; i < count; ++i) {
+            const uint3 v = vload3(survivors[i], triangles);
+            const float4 a = points[v.x], b = points[v.y], c = points[v.z];
+            const float3 p = solved[as_uint(a.w)].xyz;
+            const float3 after = cross(solved[as_uint(b.w)].xyz - p, solved[as_uint(c.w)].xyz - p);
+            if (dot(cross(b.xyz - a.xyz, c.xyz - a.xyz), after) < 0.0f) fates[survivors[i]] = 2;
+        }
     }
 }

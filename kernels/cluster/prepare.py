@@ -106,12 +106,14 @@ def simplifier(
         prepared = prepare(device, mesh, params.named(**options))
         frame = run(device, prepared)
         (simplified,) = prepared.result()
+        if not attributes:
+            simplified = simplified.bare()
         counters = dict(prepared.counters())
         result = Result(
             simplified, prepared.vertex_map(), (simplified,), counters, prepared.setup, frame
         )
         carrying = attributes and has_attributes(mesh)
-        if isinstance(prepared, Unchanged) or not (carrying or remove_flipped):
+        if not isinstance(prepared, Clustering) or not (carrying or remove_flipped):
             return result
         return _finished(prepared, mesh, result, carrying, remove_flipped)
 

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from lodbench.datasets_gen.arrays import FAR, checked_origin, recentred
+from lodbench.datasets_gen.arrays import FAR, checked_origin, recentred, usable
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere, torus
 from tests.tolerances import EPSILON32
@@ -107,3 +107,13 @@ def test_origin_is_three_finite_numbers(origin):
     with pytest.raises(ValueError, match="origin: expected 3 finite numbers"):
         checked_origin(origin)
     assert checked_origin((0, 0, 0)) is None
+
+
+@pytest.mark.parametrize(
+    "values",
+    [None, np.ones(3), np.ones((2, 2)), np.ones((3, 1)), [["a", "b"]] * 3, np.full((3, 2), np.nan),
+     np.full((3, 2), 1e39)],
+)  # fmt: skip
+def test_attributes_that_do_not_fit_are_of_no_use(values):
+    assert usable(values, 3, 2) is None
+    assert np.array_equal(usable(np.arange(9).reshape(3, 3), 3, 2), [[0, 1], [3, 4], [6, 7]])

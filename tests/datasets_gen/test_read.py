@@ -22,7 +22,7 @@ from lodbench.datasets_gen.read import (
     write_all,
     write_mesh,
 )
-from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.surfaces import ATTRIBUTES, TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere
 from tests.datasets_gen.topology import soup, topology
 from tests.tolerances import EPSILON32, ROUNDING32
@@ -73,10 +73,10 @@ def near(a, b):
     "suffix, kept",
     [
         (".ply", ("normals", "uvs", "colours", "tags")),
-        (".obj", ("colours",)),
+        (".obj", ("normals", "uvs", "colours")),
         (".off", ()),
-        (".gltf", ("colours",)),
-        (".glb", ("colours",)),
+        (".gltf", ("normals", "uvs", "colours")),
+        (".glb", ("normals", "uvs", "colours")),
     ],
 )
 def test_round_trip_keeps_order_and_what_the_format_carries(tmp_path, rich, suffix, kept):
@@ -85,7 +85,7 @@ def test_round_trip_keeps_order_and_what_the_format_carries(tmp_path, rich, suff
     result = read_mesh(path)
     assert np.array_equal(result.positions, rich.positions)
     assert np.array_equal(result.triangles, rich.triangles)
-    for name in ("normals", "uvs", "colours", "tags"):
+    for name in ATTRIBUTES:
         expected = getattr(rich, name) if name in kept else None
         assert near(getattr(result, name), expected), name
     assert os.listdir(tmp_path) == [path.name]
@@ -97,6 +97,17 @@ def test_gltf_is_written_with_its_normals(tmp_path, rich, suffix):
     write_mesh(path, rich)
     (shape,) = trimesh.load_scene(path, process=False).geometry.values()
     assert near(shape.vertex_normals, rich.normals)
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".gltf", ".glb"])
+@pytest.mark.parametrize("kept", ["normals", "uvs", "colours"])
+def test_one_attribute_alone_is_kept(tmp_path, rich, suffix, kept):
+    alone = TriangleMesh(rich.positions, rich.triangles, **{kept: getattr(rich, kept)})
+    write_mesh(tmp_path / f"mesh{suffix}", alone)
+    result = read_mesh(tmp_path / f"mesh{suffix}")
+    assert np.array_equal(result.triangles, rich.triangles)
+    for name in ATTRIBUTES:
+        assert near(getattr(result, name), getattr(alone, name)), name
 
 
 def test_stl_round_trip_keeps_the_triangles_and_welds_them(tmp_path):

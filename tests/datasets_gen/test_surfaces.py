@@ -86,3 +86,22 @@ def test_tags_of_edges_belong_to_triangles():
             TriangleMesh(np.eye(3), [[0, 1, 2]], edge_tags=wrong)
     with pytest.raises(ValueError, match="edge_tags"):
         TriangleMesh(np.eye(3), [[0, 1, 2]], edge_tags=np.full((1, 3, 2), np.nan))
+
+
+def test_normals_are_shared_at_a_place_where_uvs_part_vertices():
+    points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0]]
+    hinge, uvs = [[0, 1, 2], [3, 4, 5]], np.arange(12).reshape(6, 2)
+    parted = TriangleMesh(points, hinge, uvs=uvs).with_normals().normals
+    whole = TriangleMesh(points, [[0, 1, 2], [1, 4, 2]]).with_normals().normals
+    assert np.array_equal(parted, whole[[0, 1, 2, 1, 4, 2]])
+    hard = TriangleMesh(points, hinge).with_normals().normals
+    assert not np.array_equal(hard[1], hard[3]), "without uvs they are parted for the edge's sake"
+
+
+def test_bare_has_points_and_triangles_alone():
+    mesh = TriangleMesh(
+        POINTS, FACE, normals=POINTS, edge_tags=np.zeros((1, 3, 2)), origin=(1, 2, 3)
+    )
+    bare = mesh.bare()
+    assert bare.normals is None and bare.edge_tags is None
+    assert np.array_equal(bare.origin, mesh.origin) and bare.bare() is bare

@@ -114,6 +114,34 @@ def test_colours_of_vertices_come_along():
     assert as_mesh(trimesh.creation.box()).colours is None
 
 
+def test_normals_and_uvs_come_along_where_they_are():
+    normals, uvs = np.eye(3)[[1, 2, 0]], np.arange(6).reshape(3, 2) / 8
+    given = trimesh.Trimesh(np.eye(3), [(0, 1, 2)], vertex_normals=normals, process=False)
+    given.visual = trimesh.visual.TextureVisuals(uv=uvs)
+    given.visual.vertex_attributes["color"] = np.array([(255, 0, 51, 255)] * 3, np.uint8)
+    mesh = as_mesh(given)
+    assert np.array_equal(mesh.normals, normals) and np.array_equal(mesh.uvs, uvs)
+    assert np.allclose(mesh.colours, (1, 0, 0.2))
+    bare = as_mesh(trimesh.Trimesh(np.eye(3), [(0, 1, 2)], process=False))
+    assert bare.normals is None and bare.uvs is None, "none are made"
+    given.visual.uv = np.full((3, 2), np.nan)
+    assert as_mesh(given).uvs is None
+
+
+def test_attributes_of_pyvista_come_along():
+    class PointData(dict):
+        active_normals = np.eye(3)
+
+    mesh = PolyData(np.eye(3))
+    mesh.point_data = PointData(RGBA=np.array([(0, 255, 51, 9)] * 3, np.uint8))
+    mesh.active_texture_coordinates = np.ones((3, 2))
+    found = as_mesh(mesh)
+    assert np.array_equal(found.normals, np.eye(3)) and (found.uvs == 1).all()
+    assert np.allclose(found.colours, (0, 1, 0.2))
+    mesh.point_data = PointData(RGB=np.full((3, 3), 0.25))
+    assert (as_mesh(mesh).colours == 0.25).all()
+
+
 @dataclass
 class PolyData:
     """What pyvista's has, without pyvista."""

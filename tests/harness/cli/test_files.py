@@ -11,7 +11,7 @@ from lodbench.datasets_gen.catalogue import load
 from lodbench.datasets_gen.images import read_geometry_image
 from lodbench.datasets_gen.read import mesh_bytes, parse_mesh, read_mesh, write_mesh
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.datasets_gen.triangles import icosphere, torus
+from lodbench.datasets_gen.triangles import icosphere, plane, torus
 from lodbench.harness.cli.app import main
 from lodbench.kernels import refine_mesh, simplify_mesh
 
@@ -49,7 +49,7 @@ def test_standard_output_is_ply_and_says_its_facts_beside_it(piped, tmp_path):
     assert code == 0
     facts = json.loads(said)
     assert facts["triangles_out"] == parse_mesh(out, tmp_path / "out.ply").triangle_count
-    assert facts["lost"] == ["normals"]
+    assert (facts["carried"], facts["lost"]) == (["normals"], [])
 
 
 def test_pictures_and_geometry_images_go_through_a_pipe(piped, tmp_path):
@@ -145,9 +145,10 @@ def test_what_the_output_lacks_is_named(tmp_path, capsys):
         return capsys.readouterr().err
 
     expected = f"note: {tmp_path / 'a.ply'} lacks what the input has: normals, colours\n"
-    assert said("simplify", "a.ply", "-r", "0.5", "-q") == expected
+    assert said("simplify", "a.ply", "-r", "0.5", "-q", "-s", "attributes=false") == expected
+    assert said("simplify", "a.ply", "-r", "0.5", "-q") == ""
     assert said("refine", "a.ply", "--segments", "1") == ""
-    assert said("refine", "a.obj", "--segments", "1").endswith(": normals\n")
+    assert said("refine", "a.obj", "--segments", "1") == ""
     assert said("refine", "a.stl", "--segments", "1").endswith(": normals, colours\n")
 
 
@@ -157,8 +158,32 @@ def test_what_a_mesh_does_not_take_is_named_too(tmp_path, capsys):
     words = ["refine", str(tmp_path / "a.obj"), str(tmp_path / "out.ply"), "--json"]
     assert main(words) == 0
     captured = capsys.readouterr()
-    assert json.loads(captured.out)["lost"] == ["uvs", "materials", "groups"]
-    assert captured.err.endswith("lacks what the input has: uvs, materials, groups\n")
+    assert json.loads(captured.out)["carried"] == ["normals", "uvs"]
+    assert json.loads(captured.out)["lost"] == ["materials", "groups"]
+    assert captured.err.endswith("lacks what the input has: materials, groups\n")
+
+
+@pytest.mark.parametrize("form", ["ply", "obj", "glb", "gltf"])
+def test_simplify_carries_attributes_from_file_to_file(tmp_path, capsys, form):
+    sheet = plane(20)
+    painted = TriangleMesh(
+        sheet.positions, sheet.triangles, sheet.normals, sheet.uvs, sheet.positions * 0.6
+    )
+    write_mesh(tmp_path / "in.obj", painted)
+    source, out = str(tmp_path / "in.obj"), str(tmp_path / f"out.{form}")
+    assert main(["simplify", source, out, "-n", "60", "--json"]) == 0
+    captured = capsys.readouterr()
+    facts = json.loads(captured.out)
+    assert facts["carried"] == ["normals", "uvs", "colours"]
+    assert facts["lost"] == [] and captured.err == ""
+    assert facts["counters"]["split_vertices"] == 0
+    result = read_mesh(out)
+    assert np.abs(result.normals - (0, 0, 1)).max() < 1e-6
+    inner = (
+        np.abs(result.positions[:, :2] - 0.5).max(axis=1) < 0.4
+    )  # the rest of a cell is cut away
+    assert np.abs(result.uvs - result.positions[:, :2])[inner].max() < 0.1
+    assert np.abs(result.colours - result.uvs @ (np.eye(2, 3) * 0.6)).max() < 3 / 255
 
 
 def test_map_coordinates_go_through_the_shell(tmp_path, capsys):

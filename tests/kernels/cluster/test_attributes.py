@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lodbench.datasets_gen.surfaces import ATTRIBUTES, TriangleMesh
-from lodbench.datasets_gen.triangles import icosphere, torus
+from lodbench.datasets_gen.triangles import displaced_icosphere, icosphere, torus
 from lodbench.kernels import simplify, simplify_mesh
 from lodbench.kernels.cluster import attributes
 from lodbench.kernels.cluster.turned import NO_VERTEX
@@ -122,6 +122,37 @@ def test_seams_of_a_mapped_torus_stay_sharp(device, method, reduction):
     assert np.abs(off).max() < 0.6 / result.counters["cells_along_longest"]
 
 
+@pytest.mark.parametrize("gap", [1.1, 0.02])
+@pytest.mark.parametrize("reduction", [0.5, 0.9, 0.97])
+def test_islands_of_a_picture_are_not_mixed(device, gap, reduction):
+    # each triangle seen along the axis it faces most, six islands side by side or all but on top of each other
+    ball = displaced_icosphere(24)
+    corners = ball.positions[ball.triangles].astype(float)
+    facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    axis = np.abs(facing).argmax(1)
+    island = 2 * axis + (facing[np.arange(len(axis)), axis] > 0)
+    keys, number = np.unique(ball.triangles.astype(int) * 6 + island[:, None], return_inverse=True)
+    seen = np.array([[1, 2], [0, 2], [0, 1]])
+
+    def picture(places, islands):
+        flat = np.take_along_axis(places, seen[islands // 2], axis=-1)
+        return flat + np.stack([islands % 3, islands // 3], axis=-1) * gap
+
+    positions = ball.positions[keys // 6]
+    mesh = TriangleMesh(positions, number.reshape(-1, 3), uvs=picture(positions, keys % 6))
+    result, plain = both(device, mesh, target_reduction=reduction)
+    a, b, c = plain.vertex_map[mesh.triangles].T
+    own = island[(a != b) & (b != c) & (c != a)]
+    out, edge = (
+        result.mesh,
+        np.ptp(positions, axis=0).max() / result.counters["cells_along_longest"],
+    )
+    expected = picture(out.positions[out.triangles], np.repeat(own[:, None], 3, axis=1))
+    off = np.abs(out.uvs[out.triangles] - expected).max(axis=2) / edge
+    # no farther than the representative of a cell from its vertices; islands that nearly meet may mix a few
+    assert (off > 1.5).mean() <= (0 if gap > 1 else 0.005)
+
+
 def test_sheets_of_a_thin_wall_keep_their_own_normals(device):
     front = flat_lattice(8)
     back = front.positions + np.float32((0, 0, 0.01))
@@ -230,6 +261,8 @@ def test_the_mesh_as_it_came_keeps_what_it_has(device):
     mesh = mapped_torus(12, 9)
     out = simplify_mesh(device, mesh, target_reduction=0.0).mesh
     assert out.uvs is not None and np.array_equal(out.uvs, mesh.uvs)
+    out = simplify_mesh(device, mesh, target_reduction=0.0, attributes=False).mesh
+    assert out.uvs is None and np.array_equal(out.positions, mesh.positions)
 
 
 def test_switches_are_checked_by_name(device):
