@@ -96,6 +96,18 @@ static inline float8 warp_row8(const grid_points8 u, const float4 row)
     return first + second;
 }
 
+// about the logarithm to base 2, without a step between powers of two; numpy gives the same bits
+static inline float8 warp_log8(const float8 w)
+{
+#pragma OPENCL FP_CONTRACT OFF
+    const int8 bits = as_int8(w);
+    const float8 t = as_float8((bits & (int8)0x007fffff) | (int8)0x3f800000) - 1.0f;
+    const float8 scaled = t * 0.15f;
+    const float8 bent = t * (scaled + -0.57f);
+    const float8 within = t * (bent + 1.42f);
+    return convert_float8((bits >> 23) - 127) + within;
+}
+
 // a place after projection; what is outside of what is seen counts as on its border, what is behind the eye too
 __kernel void cluster_warp_view(
     __global const float *restrict positions,
@@ -107,7 +119,7 @@ __kernel void cluster_warp_view(
     const float4 row_z,
     const float4 row_w, // 1 in the middle of what is seen; w: of the nearest place that is told apart
     const float4 least,
-    const float4 most,
+    const float4 most, // w: of the depth's logarithm; 0: the depth is z
     const uint vertex_count,
     const uint chunk_count)
 {
@@ -121,10 +133,11 @@ __kernel void cluster_warp_view(
         grid_points8 q;
         q.x = clamp(warp_row8(u, row_x) / w, (float8)(least.x), (float8)(most.x));
         q.y = clamp(warp_row8(u, row_y) / w, (float8)(least.y), (float8)(most.y));
-        q.z = clamp(warp_row8(u, row_z) / w, (float8)(least.z), (float8)(most.z));
+        const float8 z = most.w > 0.0f ? warp_log8(w) * most.w : warp_row8(u, row_z) / w;
+        q.z = clamp(z, (float8)(least.z), (float8)(most.z));
         warp_store8(warped, v, vertex_count, q);
-        // a cell widens with the distance and deepens with its square
-        warp_stretch8(stretch, v, vertex_count, max(w, w * w));
+        // a cell widens with the distance; as deep as that by its logarithm, by z as its square
+        warp_stretch8(stretch, v, vertex_count, most.w > 0.0f ? w : max(w, w * w));
     }
 }
 
