@@ -90,14 +90,14 @@ class Warp(ABC):
 
     @abstractmethod
     def __call__(self, positions: Singles) -> tuple[Singles, Singles]:
-        """Positions (n, 3) float32 to places in the grid's space (n, 3) and stretches (n,).
+        """Positions (n, 3) float32 to places in the grid's space (n, 3) and stretches (n, 3).
 
-        A stretch is length in the model over length there, along whichever axis has most; lengths in that space are
-        those of the model, times a power of two, where nothing is stretched.
+        A stretch is length in the model over length there, along x, y and z; lengths in that space are those of the
+        model, times a power of two, where nothing is stretched.
         """
 
     def cells(self, positions: Singles, cells: Cells) -> tuple[NDArray[np.int64], Doubles]:
-        """The linear cell number of each of `positions` (n, 3), and how far a representative may step from there."""
+        """The linear cell number of each of `positions` (n, 3), and how far it lets one step, (n, 3)."""
         places, stretch = self(positions)
         even = self.even(cells)
         box = (places.min(0), places.max(0)) if len(places) else self.box
@@ -148,7 +148,7 @@ class TableWarp(Warp):
         start = self.table[axis, i]
         rise = self.table[axis, i + 1] - start
         slope = rise * np.float32(STEPS) + np.float32(1)
-        stretch = (np.float32(1) / np.maximum(slope, np.float32(1e-6))).max(1)
+        stretch = (np.float32(1) / np.maximum(slope, np.float32(1e-6))).astype(np.float32)
         shift = (start + (s - i.astype(np.float32)) * rise) * self.extent
         return (p + shift).astype(np.float32), stretch
 
@@ -247,7 +247,8 @@ class ViewWarp(Warp):
         places = np.stack(clip[:3], axis=1) / w[:, None]
         if self.log_scale > 0:
             places[:, 2] = log2(w) * self.log_scale
-        stretch = w if self.log_scale > 0 else np.maximum(w, w * w)
+        wide = w if self.log_scale > 0 else np.maximum(w, w * w)
+        stretch = np.repeat(wide[:, None], 3, axis=1)
         return np.clip(places, self.least, self.most).astype(np.float32), stretch
 
 

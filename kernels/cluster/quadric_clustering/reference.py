@@ -29,7 +29,7 @@ class Reference:
         b: their vectors, relative to `means`, (n, 3) float64.
         kinds: index into KINDS of how each was placed, (n,).
         margins: how far each was from being placed otherwise, as a share of the limit that decided, (n,).
-        limits: the longest step of each, (n,) float64; 1 without a warp.
+        limits: the longest steps of each along x, y, z, (n, 3) float64; 1 without a warp.
         vertex_map: output vertex of each input vertex, 0xFFFFFFFF where none, uint32.
     """
 
@@ -54,7 +54,7 @@ def simplify(mesh: TriangleMesh, params: Params, warp: Warp | None = None) -> Re
     """
     if warp is None:
         grid = Grid.over(*mesh.box, params.grid_cells)
-        cells, limit = grid.cells_of(grid.points(mesh.positions)), np.ones(mesh.vertex_count)
+        cells, limit = grid.cells_of(grid.points(mesh.positions)), np.ones((mesh.vertex_count, 3))
     else:
         grid = warp.even(params.grid_cells)
         cells, limit = warp.cells(mesh.positions, params.grid_cells)
@@ -76,7 +76,7 @@ def simplify(mesh: TriangleMesh, params: Params, warp: Warp | None = None) -> Re
     row = np.searchsorted(used, cells)
     row[row == len(used)] = 0
     found = used[row] == cells if len(used) else np.zeros(len(cells), bool)
-    limits = np.zeros(len(used))
+    limits = np.zeros((len(used), 3))
     np.maximum.at(limits, row[found], limit[found])
     per_box = 1 / grid.extent if grid.extent else 1.0
     steps, kinds, margins = place(A, b_mean, params.placement, per_box, limits)
@@ -164,7 +164,7 @@ def place(
             scale = trace[rows, None, None]
             step = -np.linalg.solve(A[rows] / scale + ridge * np.eye(3), b[rows, :, None] / scale)
             step = step[..., 0]
-            length = np.linalg.norm(step, axis=1) / np.maximum(limits[rows], 1e-30)
+            length = np.linalg.norm(step / np.maximum(limits[rows], 1e-30), axis=1)
             margins[rows] = np.minimum(margins[rows], np.abs(length - 1))
             taken = length <= 1
             steps[rows[taken]] = step[taken]
