@@ -142,12 +142,15 @@ def place(
     b: NDArray[np.float64],
     placement: str,
     per_box: float,
-    limits: NDArray[np.float64],
+    limits: NDArray[np.float64] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
     """Steps from the mean (n, 3), index into KINDS (n,) and margins (n,), for quadrics about the mean.
 
+    `limits`: how far each may step along x, y and z, (n, 3); None: 1.
+
     Source: DeCoro & Tatarchuk 2007, slide 15 for "paper"; the cascade is a reconstruction.
     """
+    limits = np.ones_like(b) if limits is None else np.maximum(limits, 1e-30)
     steps, kinds = np.zeros_like(b), np.zeros(len(b), np.int64)
     margins = np.full(len(b), np.inf)
     if placement == "paper":
@@ -164,7 +167,7 @@ def place(
             scale = trace[rows, None, None]
             step = -np.linalg.solve(A[rows] / scale + ridge * np.eye(3), b[rows, :, None] / scale)
             step = step[..., 0]
-            length = np.linalg.norm(step / np.maximum(limits[rows], 1e-30), axis=1)
+            length = np.linalg.norm(step / limits[rows], axis=1)
             margins[rows] = np.minimum(margins[rows], np.abs(length - 1))
             taken = length <= 1
             steps[rows[taken]] = step[taken]
