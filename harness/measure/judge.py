@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.measure import nested, quality
+from lodbench.harness.measure import focused, nested, quality
 from lodbench.harness.measure.trial import Trial
 from lodbench.harness.plan.group import Group
 from lodbench.kernels.opencl import Unsupported
@@ -39,6 +39,8 @@ class Judge:
         assert trial.mesh is not None
         if group.quality:
             facts |= self._to_input(surface, trial.mesh, seed)
+            if group.focus is not None and "rms_error" in facts:
+                facts |= focused.measure(surface, trial.mesh, group.focus, seed)
         reference = trials[group.reference].mesh if group.reference else None
         if reference is not None and group.reference != name:
             try:

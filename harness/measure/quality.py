@@ -50,7 +50,7 @@ def _placed(mesh: TriangleMesh, points: Floats, frame: Placed) -> NDArray[np.flo
     return (points.astype(np.float64) - low) / scale
 
 
-class _Located:
+class Located:
     """A mesh in its reference's unit box, with the tree that answers nearest-triangle queries."""
 
     def __init__(self, mesh: TriangleMesh, frame: Placed) -> None:
@@ -90,8 +90,17 @@ def _spread(index: NDArray[np.int64]) -> NDArray[np.int64]:
 @lru_cache(
     maxsize=1
 )  # the tree of a reference costs more than all queries; its results follow each other
-def _located(reference: TriangleMesh) -> _Located:
-    return _Located(reference, _frame(reference))
+def _located(reference: TriangleMesh) -> Located:
+    return Located(reference, _frame(reference))
+
+
+def located(mesh: TriangleMesh, reference: TriangleMesh | None = None) -> Located:
+    """A mesh as nearest triangles are asked for, in the unit box of `reference`, its own without one.
+
+    Raises:
+        Unsupported: libigl is not installed.
+    """
+    return _located(mesh) if reference is None else Located(mesh, _frame(reference))
 
 
 def distance_from(
@@ -114,7 +123,7 @@ def distance_from(
     if not result.triangle_count:
         raise ValueError("result: expected triangles to compare, got none")
     frame = _origin(result), result.box[0], diagonal or 1.0
-    located = _Located(result, frame)
+    located = Located(result, frame)
     step = (
         -(-reference.vertex_count // COMPARED) | 1
     )  # odd: no row of a pattern is met at one place alone
@@ -165,7 +174,7 @@ def measure(
             "flipped_triangles": 0, "error_samples": 0, "error_vertices": 0, **topology(result),
         }  # fmt: skip
     rng = np.random.default_rng(seed)
-    there, here = _located(reference), _Located(result, _frame(reference))
+    there, here = _located(reference), Located(result, _frame(reference))
     figures, largest, tested = [], 0.0, 0
     for source, target in ((there, here), (here, there)):
         squared, _ = target.nearest(source.samples(samples, rng))

@@ -8,6 +8,7 @@ from typing import Any
 
 from lodbench.datasets_gen import catalogue
 from lodbench.harness.plan import registry
+from lodbench.harness.plan.focus import Focus
 from lodbench.harness.record.record import plain
 from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.stages.camera import TABLE_SIZE
@@ -77,7 +78,8 @@ class Group:
     for set-up that takes seconds on the host and has nothing to warm; `seed`: of the samples that errors are taken
     from, where it is not the run's; `path`: what is drawn apart is seen from along it, every frame recorded;
     `reference`: label of a refinement against which the others are compared, at the same parameters of the same
-    pattern, or, with `nearest`, by how far its vertices are from them.
+    pattern, or, with `nearest`, by how far its vertices are from them; `focus`: where `quality` is measured once more,
+    apart from the rest.
     """
 
     dataset: str
@@ -92,6 +94,7 @@ class Group:
     path: CameraPath | None = None
     reference: str | None = None
     nearest: bool = False
+    focus: Focus | None = None
 
     @property
     def judged(self) -> bool:
@@ -117,6 +120,7 @@ class Group:
             **({} if self.path is None else {"path": plain(self.path)}),
             **({} if self.reference is None else {"reference": self.reference}),
             **({"nearest": True} if self.nearest else {}),
+            **({} if self.focus is None else {"focus": plain(self.focus)}),
             "subjects": [
                 {
                     "label": subject.name,

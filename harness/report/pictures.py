@@ -16,6 +16,7 @@ from lodbench.harness.report.amounts import rounded
 from lodbench.harness.report.distances import DRAWN_FROM, distance_pictures
 from lodbench.harness.report.refinements import refinement_pictures
 from lodbench.harness.report.statistics import summary
+from lodbench.harness.report.warps import warp_pictures
 from lodbench.kernels import simplify_mesh
 from lodbench.kernels.image import write_png
 from lodbench.kernels.opencl import Device, Unsupported
@@ -52,6 +53,7 @@ def write_pictures(folder: Path, device: Device) -> list[dict[str, Any]]:
     for picture, pixels in chain(
         _levels(record, device),
         _distances(record, device),
+        warp_pictures(record, SIZE, device),
         refinement_pictures(record, SIZE, device),
         _datasets(record, device),
     ):

@@ -42,7 +42,7 @@ class Clustering(DeviceSubject):
     vertices_out  float [3 * capacity]    output positions
     survivors     uint  [3 * triangles]   output triangles
     counts        uint  [2]               live output vertices and triangles
-    limits        float [capacity]        under a warp: the longest step of a representative, in the same units
+    limits        float [3 * capacity]    under a warp: the longest steps along x, y, z, in the same units
     ```
 
     Attributes:
@@ -100,7 +100,8 @@ class Clustering(DeviceSubject):
         eights = marks.view((words_count, 8), np.uint64)
         if upload.warping is not None:
             self.hold("scratch", upload.placed, upload.stretch)
-            self.add(upload.warping, bytes=POINT * self._vertices, stage=stage)
+            upload.warping.stage = stage
+            self.add(upload.warping, bytes=3 * POINT * self._vertices)
         self.fill(stage, marks, 0)
         for launch in (
             self.launch("cluster_cells_mark", self._vertices, stage, marks=marks, **place),
@@ -121,7 +122,7 @@ class Clustering(DeviceSubject):
             ),
             bytes=POINT * self._vertices + self.points.size_bytes,
         )  # fmt: skip
-        self.limits = self.allocate("limits", self.capacity if upload.warp else 1, np.float32)
+        self.limits = self.allocate("limits", (self.capacity if upload.warp else 1, 3), np.float32)
         if upload.warp is not None:
             self._unwarp(upload, upload.warp, stage)
         self.solved = self.allocate("solved", (self.capacity, 4), np.float32)
@@ -145,11 +146,11 @@ class Clustering(DeviceSubject):
         launch = self.launch(
             "cluster_warp_points", self._vertices, stage,
             positions=upload.positions, stretch=upload.stretch, points=self.points,
-            limits=self.limits.view((self.capacity,), np.uint32), vertex_count=self._vertices,
+            limits=self.limits.view((self.capacity, 3), np.uint32), vertex_count=self._vertices,
             low=self.grid.arguments["low"], inverse=self.grid.inverse,
             **warp.limits(self.cell_grid, self.grid),
         )  # fmt: skip
-        self.add(launch)
+        self.add(launch, bytes=2 * POINT * self._vertices + 2 * self.points.size_bytes)
 
     def place(self) -> None:
         """Fill `points` outside of a frame, for what is to be known of them before the first."""

@@ -34,7 +34,7 @@ class Upload:
         warp: where the grid's cells are not to be alike, else None.
         placed: positions in the grid's space, float32, (n, 3): without a warp those of the mesh.
         box: that of `placed`, lower and upper corner, (3,) float64 each.
-        warping: fills `placed` and `stretch`, of the warp at each vertex, float32, (n,); None without a warp.
+        warping: fills `placed` and `stretch`, of the warp at each vertex, float32, (n, 3); None without a warp.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Upload:
         device, count = self.device, self.mesh.vertex_count
         chunks = chunk_count(device, count)
         self.placed = device.allocate("warped", (count, 3), np.float32)
-        self.stretch = device.allocate("stretch", count, np.float32)
+        self.stretch = device.allocate("stretch", (count, 3), np.float32)
         tables = {name: device.upload(name, values) for name, values in warp.tables.items()}
         self.warping = self.program.launch(
             warp.kernel, chunks, stage="pass_1", local=chunk_local(device),

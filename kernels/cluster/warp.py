@@ -28,8 +28,10 @@ STEPS = 1024  # of a table along each axis
 FAR = 1e6  # boxes: a region farther off, wider or narrower changes nothing that float32 shows
 FILE = "cluster/warp.cl"
 DEFINES = {"WARPED": 1, "WARP_STEPS": STEPS}
+PARALLEL = 1e-6  # of the distance per box: less narrowing than this is none
 LARGEST = 1e30  # of a matrix in float32, whose products are finite then
 MOST_EVEN = 500  # cells along an axis: a cube of them is within MAX_CELLS
+GUARD = 0.05  # of what is seen, to each side: above a cell where a grid has 20 of them
 NEAREST = 1e-6  # of the depth in the middle of what is seen: nearer places, and those behind the eye, count as there
 
 
@@ -88,14 +90,14 @@ class Warp(ABC):
 
     @abstractmethod
     def __call__(self, positions: Singles) -> tuple[Singles, Singles]:
-        """Positions (n, 3) float32 to places in the grid's space (n, 3) and stretches (n,).
+        """Positions (n, 3) float32 to places in the grid's space (n, 3) and stretches (n, 3).
 
-        A stretch is length in the model over length there, along whichever axis has most; lengths in that space are
-        those of the model, times a power of two, where nothing is stretched.
+        A stretch is length in the model over length there, along x, y and z; lengths in that space are those of the
+        model, times a power of two, where nothing is stretched.
         """
 
     def cells(self, positions: Singles, cells: Cells) -> tuple[NDArray[np.int64], Doubles]:
-        """The linear cell number of each of `positions` (n, 3), and how far a representative may step from there."""
+        """The linear cell number of each of `positions` (n, 3), and how far it lets one step, (n, 3)."""
         places, stretch = self(positions)
         even = self.even(cells)
         box = (places.min(0), places.max(0)) if len(places) else self.box
@@ -146,24 +148,31 @@ class TableWarp(Warp):
         start = self.table[axis, i]
         rise = self.table[axis, i + 1] - start
         slope = rise * np.float32(STEPS) + np.float32(1)
-        stretch = (np.float32(1) / np.maximum(slope, np.float32(1e-6))).max(1)
+        stretch = (np.float32(1) / np.maximum(slope, np.float32(1e-6))).astype(np.float32)
         shift = (start + (s - i.astype(np.float32)) * rise) * self.extent
         return (p + shift).astype(np.float32), stretch
 
 
 class ViewWarp(Warp):
-    """Places after projection, in normalised device coordinates, scaled per axis to the model's lengths in the middle.
+    """Places after projection, scaled per axis to the model's lengths in the middle of what is seen.
 
-    The middle is the median of what is seen along each of the three axes; cells are cubes there, narrower nearer to
-    the eye as the distance falls, and shallower as its square does. The grid's box is that of the vertices that are
-    seen: others count as on its border, those behind the eye as on the nearest one, so that what is out of sight
-    falls into few cells.
+    x and y are normalised device coordinates. So is the depth as published, "ndc": its cells grow with the square of
+    the distance, and most are spent on what is nearest. "log", a reconstruction: the logarithm of the distance, so
+    that a cell is about as deep as it is wide everywhere; a parallel projection has no such and takes the other.
+
+    The middle is the median of what is seen along each axis; cells are cubes there. The grid's box is that of the
+    vertices that are seen and a band about it: those beyond count as on its border, those behind the eye as on the
+    nearest one, so that what is out of sight falls into few cells, and into none that holds what is seen.
     """
 
     kernel = "cluster_warp_view"
 
     def __init__(
-        self, box: tuple[Doubles, Doubles], positions: Singles, world_to_clip: Doubles
+        self,
+        box: tuple[Doubles, Doubles],
+        positions: Singles,
+        world_to_clip: Doubles,
+        depth: str = "log",
     ) -> None:
         """The view as it is from these positions.
 
@@ -171,45 +180,53 @@ class ViewWarp(Warp):
             box: of `positions`.
             positions: of all vertices, (n, 3).
             world_to_clip: (4, 4), of the same space as the positions.
+            depth: "log" or "ndc".
 
         Raises:
             ValueError: the matrix cannot be inverted, or not at the mesh's scale.
         """
         super().__init__(box)
-        u = (positions.astype(np.float64) * self.scale - self.low) if len(positions) else None
         rows = np.array(world_to_clip, np.float64)
         rows[:, 3] += rows[:, :3] @ (self.low.astype(np.float64) / self.scale)
         rows[:, :3] /= self.scale
         rows /= np.abs(rows[3]).max() or 1.0
-        least, middle, most = self._seen(rows, u)
+        u = positions.astype(np.float64) * self.scale - self.low
+        seen = self._seen(u @ rows[:, :3].T + rows[:, 3])
+        middle = np.median(seen, axis=0)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             try:
-                at = np.linalg.solve(rows, [*middle, 1.0])
+                at = np.linalg.solve(rows, [*middle[:3], 1.0])
             except np.linalg.LinAlgError:
                 at = np.full(4, np.nan)
-            rows = rows / (rows[3] @ (at / at[3]))
-            rows[:3] -= middle[:, None] * rows[3]
+            away = rows[3] @ (at / at[3])
+            rows = rows / away
+            rows[:3] -= middle[:3, None] * rows[3]
             reach = 1 / np.linalg.norm(rows[:3, :3], axis=1)
             rows[:3] *= reach[:, None]
         if not (np.abs(rows) < LARGEST).all():  # a NaN is not either
             raise ValueError(
                 "view: expected a world_to_clip that can be inverted about the mesh, got one that cannot"
             )
+        least, most = ((end(seen[:, :3], 0) - middle[:3]) * reach for end in (np.min, np.max))
+        narrowing = float(np.linalg.norm(rows[3, :3]))
+        self.log_scale = np.float32(0)
+        if depth == "log" and narrowing > PARALLEL:
+            self.log_scale = np.float32(np.log(2) / narrowing)
+            ends = np.array([seen[:, 3].min(), seen[:, 3].max()]) / away
+            least[2], most[2] = np.log2(np.maximum(ends, NEAREST)) * self.log_scale
+        band = GUARD * (most - least)
+        least, most = least - band, most + band
         self.rows = rows.astype(np.float32)
-        self.least = ((least - middle) * reach).astype(np.float32)
-        self.most = ((most - middle) * reach).astype(np.float32)
+        self.least, self.most = least.astype(np.float32), most.astype(np.float32)
 
     @staticmethod
-    def _seen(rows: Doubles, u: Doubles | None) -> tuple[Doubles, Doubles, Doubles]:
-        """The least, the median and the greatest place after projection of what is seen."""
-        if u is not None:
-            clip = u @ rows[:, :3].T + rows[:, 3]
-            w = clip[:, 3]
-            seen = (w > 0) & (np.abs(clip[:, :3]) <= w[:, None]).all(1)
-            if seen.any():
-                places = clip[seen, :3] / w[seen, None]
-                return places.min(0), np.median(places, 0), places.max(0)
-        return -np.ones(3), np.zeros(3), np.ones(3)
+    def _seen(clip: Doubles) -> Doubles:
+        """x, y, z after projection and w of what is seen, (n, 4); where nothing is, the corners of what could be."""
+        w = clip[:, 3]
+        seen = (w > 0) & (np.abs(clip[:, :3]) <= w[:, None]).all(1)
+        if not seen.any():
+            return np.concatenate([-np.ones((1, 4)), np.zeros((1, 4)), np.ones((1, 4))])
+        return np.column_stack([clip[seen, :3] / w[seen, None], w[seen]])
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -218,7 +235,7 @@ class ViewWarp(Warp):
         return {
             "low": (*self.low, self.scale),
             "least": (*self.least, NEAREST),
-            "most": (*self.most, 0),
+            "most": (*self.most, self.log_scale),
             **rows,
         }
 
@@ -227,5 +244,18 @@ class ViewWarp(Warp):
         x, y, z = (positions * np.float32(self.scale) - self.low).T
         clip = [(x * r[0] + y * r[1]) + (z * r[2] + r[3]) for r in self.rows]
         w = np.maximum(clip[3], np.float32(NEAREST))
-        places = np.clip(np.stack(clip[:3], axis=1) / w[:, None], self.least, self.most)
-        return places, np.maximum(w, w * w)
+        places = np.stack(clip[:3], axis=1) / w[:, None]
+        if self.log_scale > 0:
+            places[:, 2] = log2(w) * self.log_scale
+        wide = w if self.log_scale > 0 else np.maximum(w, w * w)
+        stretch = np.repeat(wide[:, None], 3, axis=1)
+        return np.clip(places, self.least, self.most).astype(np.float32), stretch
+
+
+def log2(w: Singles) -> Singles:
+    """Nearly the logarithm to base 2 of `w` above 0: rises without a step, within 0.003, the same on any device."""
+    bits = w.view(np.int32)
+    t = ((bits & 0x007FFFFF) | 0x3F800000).view(np.float32) - np.float32(1)
+    bent = t * np.float32(0.15) + np.float32(-0.57)
+    whole = ((bits >> 23) - 127).astype(np.float32)
+    return (whole + t * (t * bent + np.float32(1.42))).astype(np.float32)

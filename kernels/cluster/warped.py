@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -44,12 +44,15 @@ class WarpedTarget(GridTarget):
             Axis by axis, so that two regions on a diagonal make the box's other corners finer too.
         view: a View, or its world_to_clip, (4, 4): cells are even where the view has its places after projection;
             what is not seen falls into the outermost ones.
+        view_depth: of the view's cells: "log", as deep as wide everywhere; "ndc", even in z after projection as
+            published, so that depth grows with the square of the distance.
         warp: the text of an OpenCL function `float warp(const float t, const int axis)`, which rises with t from 0 to 1
             along the box's axis 0, 1 or 2: the steeper, the finer. Its ends are brought to 0 and 1.
     """
 
     regions: tuple = field(default=(), kw_only=True)
     view: tuple | None = field(default=None, kw_only=True)
+    view_depth: Literal["log", "ndc"] = field(default="log", kw_only=True)
     warp: str | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -129,7 +132,7 @@ def warp_of(params: GridTarget, mesh: TriangleMesh, device: Device | None = None
     if params.view:
         matrix = np.array(params.view)
         matrix[:, 3] += matrix[:, :3] @ origin
-        return ViewWarp(box, mesh.positions, matrix)
+        return ViewWarp(box, mesh.positions, matrix, params.view_depth)
     if params.warp:
         assert device is not None
         return TableWarp(box, function_table(device, params.warp))

@@ -5,7 +5,7 @@
 // Reads     maps        float[16 * capacity * map_count]  per cell: xx xy xz yy yz zz x y | z, surviving corners, 0 0, corner sum x y z, corners
 //           sums        long[14 * capacity]               the same, xx .. z, corner sum, corners, surviving corners, in fixed point
 //           state       uint[4]                           [0]: occupied cells
-//           limits      float[capacity]                   where WARPED: the longest step in a cell, same units as positions
+//           limits      float[3 * capacity]               where WARPED: a cell's longest steps along x, y, z, same units as solved
 // Writes    solved      float4[capacity]                  x y z in units of the largest cell edge, kind; kind 0: not used by any triangle
 //           chunk_sums  uint[chunk_count]                 used cells
 // Needs     common/chunk.cl common/quadric.cl cluster/quadric_clustering/share.cl
@@ -16,14 +16,19 @@
 #define PLACE_PAPER 1
 #define CELLS 8
 
-// a step over the longest that its cell lets it be; lengths are in units of the cell's edge where all are alike
+// a step over the longest that its cell lets it be along each axis; lengths are in units of the cell's edge where all are alike
 static inline quadric_point8 fragment_share8(const quadric_point8 s, __global const float *restrict limits, const uint first, const uint live)
 {
 #ifdef WARPED
-    float each[CELLS];
-    for (uint j = 0; j < CELLS; ++j) each[j] = 1.0f / max(limits[first + min(j, live - 1)], 1e-30f);
-    const float8 scale = vload8(0, each);
-    const quadric_point8 share = {s.x * scale, s.y * scale, s.z * scale};
+    float each[3][CELLS];
+    for (uint j = 0; j < CELLS; ++j) {
+        const float3 limit = vload3(first + min(j, live - 1), limits);
+        each[0][j] = limit.x;
+        each[1][j] = limit.y;
+        each[2][j] = limit.z;
+    }
+    const quadric_point8 share = {s.x / max(vload8(0, each[0]), (float8)(1e-30f)),
+        s.y / max(vload8(0, each[1]), (float8)(1e-30f)), s.z / max(vload8(0, each[2]), (float8)(1e-30f))};
     return share;
 #else
     return s;

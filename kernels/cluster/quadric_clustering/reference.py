@@ -36,7 +36,7 @@ class Reference:
         b: their vectors, relative to `means`, (n, 3) float64.
         kinds: index into KINDS of how each was placed, (n,).
         margins: how far each was from being placed otherwise, as a share of the limit that decided, (n,).
-        limits: the longest step of each, (n,) float64; 1 without a warp.
+        limits: the longest steps of each along x, y, z, (n, 3) float64; 1 without a warp.
         vertex_map: output vertex of each input vertex, 0xFFFFFFFF where none, uint32.
     """
 
@@ -68,7 +68,7 @@ def simplify(mesh: TriangleMesh, params: Params, warp: Warp | None = None) -> Re
 def on_grid(mesh: TriangleMesh, grid: Grid, params: Params) -> Reference:
     """The same on any grid of even cells."""
     cells = grid.cells_of(grid.points(mesh.positions))
-    return _simplified(mesh, grid, cells, np.ones(mesh.vertex_count), params)
+    return _simplified(mesh, grid, cells, np.ones((mesh.vertex_count, 3)), params)
 
 
 def _simplified(
@@ -103,7 +103,7 @@ def _simplified(
     row = np.searchsorted(used, cells)
     row[row == len(used)] = 0
     found = used[row] == cells if len(used) else np.zeros(len(cells), bool)
-    limits = np.zeros(len(used))
+    limits = np.zeros((len(used), 3))
     np.maximum.at(limits, row[found], limit[found])
     per_box = 1 / grid.extent if grid.extent else 1.0
     steps, kinds, margins = place(A, b_mean, params.placement, per_box, limits)
@@ -212,12 +212,15 @@ def place(
     b: NDArray[np.float64],
     placement: str,
     per_box: float,
-    limits: NDArray[np.float64],
+    limits: NDArray[np.float64] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
     """Steps from the mean (n, 3), index into KINDS (n,) and margins (n,), for quadrics about the mean.
 
+    `limits`: how far each may step along x, y and z, (n, 3); None: 1.
+
     Source: DeCoro & Tatarchuk 2007, slide 15 for "paper"; the cascade is a reconstruction.
     """
+    limits = np.ones_like(b) if limits is None else np.maximum(limits, 1e-30)
     steps, kinds = np.zeros_like(b), np.zeros(len(b), np.int64)
     margins = np.full(len(b), np.inf)
     if placement == "paper":
@@ -234,7 +237,7 @@ def place(
             scale = trace[rows, None, None]
             step = -np.linalg.solve(A[rows] / scale + ridge * np.eye(3), b[rows, :, None] / scale)
             step = step[..., 0]
-            length = np.linalg.norm(step, axis=1) / np.maximum(limits[rows], 1e-30)
+            length = np.linalg.norm(step / limits[rows], axis=1)
             margins[rows] = np.minimum(margins[rows], np.abs(length - 1))
             taken = length <= 1
             steps[rows[taken]] = step[taken]

@@ -37,9 +37,10 @@ def verdict(mesh: TriangleMesh, reference: Reference) -> Check:
     flat = trace <= 1e-30
     A = reference.A / np.where(flat, 1, trace)[:, None, None]
     depth = np.where(flat, (off**2).sum(1), np.einsum("ni,nij,nj->n", off, A, off))
-    either = reference.margins * reference.limits < 0.02 + 4e-4 * grid.extent
-    from_mean = np.linalg.norm(reference.points + off - reference.means, axis=1)
-    depth[either & (from_mean <= 1.05 * reference.limits)] = 0.0
+    limits = np.maximum(reference.limits, 1e-30)
+    either = reference.margins * limits.min(axis=1) < 0.02 + 4e-4 * grid.extent
+    from_mean = np.linalg.norm((reference.points + off - reference.means) / limits, axis=1)
+    depth[either & (from_mean <= 1.05)] = 0.0
     value = float(np.sqrt(np.maximum(depth, 0).max()))
     tolerance = DEPTH_TOLERANCE + grid.rounding(expected.positions)
     return Check(value <= tolerance, WHAT, value, tolerance)

@@ -108,3 +108,28 @@ def test_dt07_chain_has_no_share_where_a_subject_failed():
     rows, _ = rows_of("dt07_chain", group(*kept, failed, table="dt07_chain", dataset="bunny"))
     assert rows["level_2"].get("share") is None
     assert rows["anew_2"]["status"] == "failed"
+def test_warped_rows_say_how_much_closer_they_are_than_the_even_grid():
+    def found(label, **quality):
+        return subject(label, [0.001] * 4, counters={"triangles": 100}, quality=quality)
+
+    even = found("even", rms_error_inside=0.004, triangles_inside=10)
+    fine = found("region_4", rms_error_inside=0.001, triangles_inside=40)
+    rows, _ = rows_of("dt07_warps", group(even, fine, table="dt07_warps", warp="region"))
+    assert (rows["even"]["closer"], rows["region_4"]["closer"]) == (1, 4)
+    assert rows["region_4"]["triangles_inside"] == 40
+    assert rows["region_4"]["rms_pixels"] is None
+    even = found("even", rms_error_inside=0.001, rms_pixels=6.0)
+    seen = found("view_log", rms_error_inside=0.002, rms_pixels=3.0)
+    rows, _ = rows_of("dt07_warps", group(even, seen, table="dt07_warps", warp="view"))
+    assert rows["view_log"]["closer"] == 2
+
+
+def test_every_group_of_warps_has_its_focus_and_quick_ones_are_one_of_each():
+    groups = table("dt07_warps").groups(False)
+    for one in groups:
+        one.validate()
+    assert all(one.focus is not None and one.quality for one in groups)
+    quick = table("dt07_warps").groups(True)
+    assert [one.facts["warp"] for one in quick] == ["region", "view"]
+    configs = {str(one.config()) for one in groups}
+    assert len(configs) == len(groups)
