@@ -9,17 +9,64 @@
 // Needs     common/chunk.cl common/transpose.cl cluster/octree/cell.cl
 // Plain     cluster/octree/reference.py
 
+#define INLINE static inline __attribute__((always_inline)) // a call would pass the eight triangles through memory
+
 // the same corner of eight triangles
-static inline fours8 geometry_corner8(__global const float4 *restrict points, const uint *index)
+INLINE fours8 geometry_corner8(__global const float4 *points, const uint *index)
 {
     return transpose_fours((float8)(points[index[0]], points[index[12]]), (float8)(points[index[3]], points[index[15]]),
         (float8)(points[index[6]], points[index[18]]), (float8)(points[index[9]], points[index[21]]));
 }
 
+// m: normals of twice the area, weight m m^T: a third of the area times n n^T, of which q, yz and zz are the products
+INLINE void geometry_add8(__global const float4 *points, __global float16 *map, const uint *index, const uint live,
+    const fours8 corner, const fours8 q, const float8 yz, const float8 zz, const float8 mx, const float8 my,
+    const float8 mz, const float8 weight, const float4 per_axis, const uint4 cells)
+{
+    const float8 x = corner.x - convert_float8(octree_steps8(corner.x, per_axis.x, cells.x)) - 0.5f;
+    const float8 y = corner.y - convert_float8(octree_steps8(corner.y, per_axis.y, cells.y)) - 0.5f;
+    const float8 z = corner.z - convert_float8(octree_steps8(corner.z, per_axis.z, cells.z)) - 0.5f;
+    const float8 d = -(mx * x + my * y + mz * z), dw = d * weight;
+    const fours8 r = transpose_fours(yz, zz, dw * mx, dw * my);
+    const fours8 s = transpose_fours(dw * mz, d * dw, (float8)(0.0f), (float8)(0.0f));
+    const fours8 p = transpose_fours(x, y, z, (float8)(1.0f));
+#define ADD(j, lane, half)                                                                                             \
+    if (live > j) map[as_uint(points[index[3 * j]].w)] += (float16)(q.lane.half, r.lane.half, s.lane.half, p.lane.half)
+    ADD(0, x, lo);
+    ADD(1, y, lo);
+    ADD(2, z, lo);
+    ADD(3, w, lo);
+    ADD(4, x, hi);
+    ADD(5, y, hi);
+    ADD(6, z, hi);
+    ADD(7, w, hi);
+#undef ADD
+}
+
+// eight triangles given by 24 indices, of which `live` are added
+INLINE void geometry_triangles8(__global const float4 *points, __global float16 *map, const uint *index, const uint live,
+    const float4 per_axis, const uint4 cells)
+{
+    const fours8 a = geometry_corner8(points, index);
+    const fours8 b = geometry_corner8(points, index + 1);
+    const fours8 c = geometry_corner8(points, index + 2);
+    const float8 ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z;
+    const float8 vx = c.x - a.x, vy = c.y - a.y, vz = c.z - a.z;
+    const float8 mx = uy * vz - uz * vy, my = uz * vx - ux * vz, mz = ux * vy - uy * vx;
+    const float8 square = mx * mx + my * my + mz * mz;
+    // no area, no plane: such a triangle counts at its corners alone
+    const float8 weight = square > (float8)(1e-30f) ? 1.0f / (6.0f * sqrt(square)) : (float8)(0.0f);
+    const float8 wx = mx * weight, yz = my * mz * weight, zz = mz * mz * weight;
+    const fours8 q = transpose_fours(mx * wx, my * wx, mz * wx, my * my * weight);
+    geometry_add8(points, map, index, live, a, q, yz, zz, mx, my, mz, weight, per_axis, cells);
+    geometry_add8(points, map, index + 1, live, b, q, yz, zz, mx, my, mz, weight, per_axis, cells);
+    geometry_add8(points, map, index + 2, live, c, q, yz, zz, mx, my, mz, weight, per_axis, cells);
+}
+
 __kernel void octree_geometry_add(
-    __global const float4 *restrict points,
+    __global const float4 *points,
     __global const uint *restrict triangles,
-    __global float16 *restrict maps,
+    __global float16 *maps,
     const float4 per_axis,
     const uint4 cells,
     const uint map_count,
@@ -38,38 +85,6 @@ __kernel void octree_geometry_add(
             const size_t row = min(t + j, end - 1);
             for (uint k = 0; k < 3; ++k) index[3 * j + k] = triangles[3 * row + k];
         }
-        const fours8 corner[3] = {
-            geometry_corner8(points, index), geometry_corner8(points, index + 1), geometry_corner8(points, index + 2)};
-        const float8 ux = corner[1].x - corner[0].x, uy = corner[1].y - corner[0].y, uz = corner[1].z - corner[0].z;
-        const float8 vx = corner[2].x - corner[0].x, vy = corner[2].y - corner[0].y, vz = corner[2].z - corner[0].z;
-        const float8 mx = uy * vz - uz * vy, my = uz * vx - ux * vz, mz = ux * vy - uy * vx;
-        const float8 square = mx * mx + my * my + mz * mz;
-        // weight m m^T = area / 3 n n^T; no area, no plane: such a triangle counts at its corners alone
-        const float8 weight = square > (float8)(1e-30f) ? 1.0f / (6.0f * sqrt(square)) : (float8)(0.0f);
-        const float8 wx = mx * weight, wy = my * weight, wz = mz * weight;
-        const fours8 q = transpose_fours(mx * wx, mx * wy, mx * wz, my * wy);
-        const float8 yz = my * wz, zz = mz * wz;
-        const uint live = min(end - t, 8u);
-        for (uint k = 0; k < 3; ++k) {
-            const float8 x = corner[k].x - convert_float8(octree_steps8(corner[k].x, per_axis.x, cells.x)) - 0.5f;
-            const float8 y = corner[k].y - convert_float8(octree_steps8(corner[k].y, per_axis.y, cells.y)) - 0.5f;
-            const float8 z = corner[k].z - convert_float8(octree_steps8(corner[k].z, per_axis.z, cells.z)) - 0.5f;
-            const float8 d = -(mx * x + my * y + mz * z);
-            const fours8 r = transpose_fours(yz, zz, d * wx, d * wy);
-            const fours8 s = transpose_fours(d * wz, d * d * weight, (float8)(0.0f), (float8)(0.0f));
-            const fours8 p = transpose_fours(x, y, z, (float8)(1.0f));
-#define ADD(j, lane, half)                                                                                             \
-    if (live > j)                                                                                                      \
-        own[as_uint(points[index[3 * j + k]].w)] += (float16)(q.lane.half, r.lane.half, s.lane.half, p.lane.half)
-            ADD(0, x, lo);
-            ADD(1, y, lo);
-            ADD(2, z, lo);
-            ADD(3, w, lo);
-            ADD(4, x, hi);
-            ADD(5, y, hi);
-            ADD(6, z, hi);
-            ADD(7, w, hi);
-#undef ADD
-        }
+        geometry_triangles8(points, own, index, min(end - t, 8u), per_axis, cells);
     }
 }

@@ -27,7 +27,7 @@ RULES = {"total": 0, "rms": 1, "maximum": 2}
 NAMES = ("vertex", "tree", "geometry", "fragment", "cut", "distance")
 FILES = tuple(f"cluster/octree/{name}.cl" for name in NAMES)
 SUMS = 16  # floats of a node
-FINER = 1.25  # finest cells along an axis, at least, for each that a uniform grid would need
+FINER = 1.6  # finest cells along an axis, at least, for each that a uniform grid would need
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Octree | Unchanged:
@@ -56,7 +56,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Octree | Unch
 
 
 def guessed_levels(upload: Upload, target: int) -> int:
-    """Levels whose cells are 1.25 to 2.5 times narrower than those of a uniform grid for so many triangles."""
+    """Levels whose cells are 1.6 to 3.2 times narrower than those of a uniform grid for so many triangles."""
     extents = upload.high - upload.low
     x, y, z = extents / max(float(extents.max()), 1e-300)
     area = max(1.4 * (x * y + y * z + z * x), 0.05)
