@@ -121,7 +121,10 @@ def write(mesh: TriangleMesh, params: Params) -> Table:
     level = (high - 1) >> 27
     edges = np.where(alone, 2.0 ** (finest - level), 1.0)
     mean = corners[:, :3] / np.maximum(corners[:, 3:], 1)
-    step, _, margins = place(A, np.einsum("nij,nj->ni", A, mean) + b, "robust", 1.0)
+    rows = np.flatnonzero(alone)
+    b_mean = np.einsum("nij,nj->ni", A[rows], mean[rows]) + b[rows]
+    step, margins = np.zeros((m, 3)), np.full(m, np.inf)
+    step[rows], _, margins[rows] = place(A[rows], b_mean, "robust", 1.0)
     x = mean + step
     energy = np.einsum("ni,nij,nj->n", x, A, x) + 2 * np.einsum("ni,ni->n", b, x) + c
     if params.rule == "rms":
