@@ -1,0 +1,59 @@
+// Octree, vertex stage: which finest cell does each vertex fall in, and what is the cell's rank along the Morton curve?
+//
+// Source    DeCoro & Tatarchuk 2007, slides 11-12 (cluster id) and 29-31 (octree)
+// Work      1-D, one item per chunk of vertices, eight at a time
+// Reads     positions  float[3 * vertex_count]     model units
+//           words      ulong2[]                    x: the cells' bits, y: occupied cells before these 64
+// Writes    marks      uchar[]                     1 where a vertex lies; several items may write the same 1
+//           points     float4[vertex_count]        x y z in units of the finest cell edge from the box corner, rank's bits
+// Needs     common/chunk.cl common/grid.cl cluster/cells.cl cluster/octree/cell.cl
+// Plain     cluster/octree/reference.py
+
+__kernel void octree_vertex_mark(
+    __global const float *restrict positions,
+    __global uchar *restrict marks,
+    const float4 low,
+    const float4 per_axis, // w: units per model unit
+    const uint4 cells,
+    const uint vertex_count,
+    const uint chunk_count)
+{
+    const uint chunk = get_global_id(0);
+    if (chunk >= chunk_count) return;
+
+    const uint2 rows = chunk_rows(chunk, chunk_count, vertex_count);
+    for (uint v = rows.x; v < rows.y; v += 8) {
+        uint code[8];
+        vstore8(octree_code8(grid_scale8(grid_load8(positions, v, vertex_count), low, per_axis.w), per_axis, cells), 0, code);
+        for (uint j = 0; j < 8; ++j) marks[code[j]] = 1;
+    }
+}
+
+__kernel void octree_vertex_place(
+    __global const float *restrict positions,
+    __global const ulong2 *restrict words,
+    __global float4 *restrict points,
+    const float4 low,
+    const float4 per_axis,
+    const uint4 cells,
+    const uint capacity,
+    const uint vertex_count,
+    const uint chunk_count)
+{
+    const uint chunk = get_global_id(0);
+    if (chunk >= chunk_count) return;
+
+    const uint2 rows = chunk_rows(chunk, chunk_count, vertex_count);
+    for (uint v = rows.x; v < rows.y; v += 8) {
+        const grid_points8 q = grid_scale8(grid_load8(positions, v, vertex_count), low, per_axis.w);
+        uint code[8];
+        float x[8], y[8], z[8];
+        vstore8(octree_code8(q, per_axis, cells), 0, code);
+        vstore8(q.x, 0, x);
+        vstore8(q.y, 0, y);
+        vstore8(q.z, 0, z);
+        const uint live = min(rows.y - v, 8u);
+        for (uint j = 0; j < live; ++j)
+            points[v + j] = (float4)(x[j], y[j], z[j], cell_rank(words, code[j], capacity));
+    }
+}
