@@ -67,7 +67,7 @@ def test_pictures_of_a_series_stand_together(draw, tmp_path):
 
 def test_chain_of_levels_is_drawn_beside_its_mesh(draw, tmp_path):
     draw(("quilt_4", "level_chain"), ("icosphere_3", "other"))
-    assert [image["series"] for image in _images(tmp_path)] == [""], "of the first alone"
+    assert [image["series"] for image in _images(tmp_path)] == [""], "which is no mesh"
     draw(("icosphere_4", "level_chain"))
     assert [image["series"] for image in _images(tmp_path)][:2] == ["chain"] * 2
 
