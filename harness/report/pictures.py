@@ -12,6 +12,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.drawn_mesh import DrawnMesh, Params
 from lodbench.harness.measure.timing import interleave, take
 from lodbench.harness.record.record import RunRecord, read_run, write_json
+from lodbench.harness.report import chains
 from lodbench.harness.report.amounts import rounded
 from lodbench.harness.report.distances import DRAWN_FROM, distance_pictures
 from lodbench.harness.report.refinements import refinement_pictures
@@ -52,6 +53,7 @@ def write_pictures(folder: Path, device: Device) -> list[dict[str, Any]]:
     found = []
     for picture, pixels in chain(
         _levels(record, device),
+        _chain(record, device),
         _distances(record, device),
         warp_pictures(record, SIZE, device),
         refinement_pictures(record, SIZE, device),
@@ -73,6 +75,17 @@ def _datasets(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any
             pixels = render(mesh, size=SIZE, up=_up(name), device=device)
             caption = f"{name}: {mesh.triangle_count:,} triangles"
             yield {"file": f"{name}.png", "caption": caption}, pixels
+
+
+def _chain(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any], Any]]:
+    """The first mesh of which a chain of levels was made."""
+    for group in record.groups:
+        if any(subject.system == chains.DRAWN_FROM for subject in group.subjects.values()):
+            mesh = _mesh(group.dataset)
+            if mesh is not None:
+                view = mesh_view(mesh, size=SIZE, up=_up(group.dataset))
+                yield from chains.chain_pictures(group.dataset, mesh, view, device)
+            return
 
 
 def _distances(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any], Any]]:

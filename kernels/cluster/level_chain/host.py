@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster import prepare as family
 from lodbench.kernels.cluster.clustering import Clustering
+from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.level_chain.level import Level
 from lodbench.kernels.cluster.level_chain.params import Params
 from lodbench.kernels.cluster.level_chain.reference import halved
@@ -57,6 +58,13 @@ def simplify(device: Device, mesh: TriangleMesh, **options: Any) -> Result:
     )
 
 
+def _cells(finer: Grid, grid: Grid) -> dict[str, tuple[int, ...]]:
+    """Cells along each axis, those with one cell last: no cell's number changes, and rows are as long as can be."""
+    axes = sorted(range(3), key=lambda axis: finer.counts[axis] == 1)
+    counts = [[one.counts[axis] for axis in axes] for one in (finer, grid)]
+    return {"fine_cells": (*counts[0], 0), "cells": (*counts[1], grid.cell_count)}
+
+
 class LevelChain(QuadricClustering):
     """See `lodbench.kernels.cluster.level_chain`; the finest level is what is drawn.
 
@@ -91,7 +99,7 @@ class LevelChain(QuadricClustering):
         arguments: dict[str, Any] = {
             "fine_words": finer.words, "fine_ranks": finer.new_ranks, "triangles": finer.triangles,
             "fine_counts": finer.counts, "words": words, "chunk_sums": chunk_sums,
-            "fine_cells": (*finer.grid.counts, 0), "cells": (*grid.counts, grid.cell_count),
+            **_cells(finer.grid, grid),
             "fine_word_count": finer.words.shape[0], "word_count": words.shape[0],
             "fine_capacity": finer.capacity,
         }  # fmt: skip

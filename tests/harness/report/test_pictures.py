@@ -65,6 +65,13 @@ def test_pictures_of_a_series_stand_together(draw, tmp_path):
     assert series == ["curved"] * 2 + ["creases"] * 3 + [""] * 2
 
 
+def test_chain_of_levels_is_drawn_beside_its_mesh(draw, tmp_path):
+    draw(("quilt_4", "level_chain"), ("icosphere_3", "other"))
+    assert [image["series"] for image in _images(tmp_path)] == [""], "which is no mesh"
+    draw(("icosphere_4", "level_chain"))
+    assert [image["series"] for image in _images(tmp_path)][:2] == ["chain"] * 2
+
+
 def test_run_without_meshes_has_no_pictures(draw, tmp_path):
     assert draw(("quilt_4", "other")) == []
     assert _images(tmp_path) == []

@@ -60,7 +60,7 @@ def outcome(meshes):
     return [(mesh.positions.tobytes(), mesh.triangles.tobytes()) for mesh in meshes]
 
 
-@pytest.mark.parametrize("cells", [1, 2, 13, 29.7, (33, 5, 9), (1, 40, 3)])
+@pytest.mark.parametrize("cells", [1, 2, 13, 29.7, (33, 5, 9), (1, 40, 3), (40, 1, 3)])
 @pytest.mark.parametrize("mesh", [BALL, RING, wavy_sheet(), cube(7), flat_lattice(9)])
 def test_level_chain_agrees_with_clustering_the_mesh_on_each_grid(device, mesh, cells, way):
     # the reference clusters the mesh itself, so its triangles are those of no decimated level
