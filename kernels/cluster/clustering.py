@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.kernels.cluster import turned
-from lodbench.kernels.cluster.borders import NO_EDGES, border_vertices
+from lodbench.kernels.cluster.borders import NO_EDGES, NO_VERTICES, border_vertices
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.search import Found
 from lodbench.kernels.cluster.target import GridTarget
@@ -66,8 +66,10 @@ class Clustering(DeviceSubject):
         self.grid = self.cell_grid
         if upload.warp is not None:
             self.grid = upload.warp.even(params.grid_cells)
-        self.border = upload.border_edges if params.uses_border else NO_EDGES
-        self.kept = border_vertices(self.border) if params.keeps_border else NO_EDGES
+        self.border, self.kept, self._found = NO_EDGES, NO_VERTICES, 0
+        if isinstance(params, GridTarget) and params.uses_border:
+            self.border = upload.border_edges
+            self.kept = border_vertices(self.border) if params.keeps_border else NO_VERTICES
 
     def launch(self, kernel: str, rows: int, stage: str, **arguments: Any) -> Launch:
         """A launch of one item per chunk of `rows`."""

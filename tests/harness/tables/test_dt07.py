@@ -108,6 +108,8 @@ def test_dt07_chain_has_no_share_where_a_subject_failed():
     rows, _ = rows_of("dt07_chain", group(*kept, failed, table="dt07_chain", dataset="bunny"))
     assert rows["level_2"].get("share") is None
     assert rows["anew_2"]["status"] == "failed"
+
+
 def test_warped_rows_say_how_much_closer_they_are_than_the_even_grid():
     def found(label, **quality):
         return subject(label, [0.001] * 4, counters={"triangles": 100}, quality=quality)
