@@ -115,7 +115,8 @@ TABLE = Table(
         "A projection is no measurement. The frame is cut as so many cores would cut it, every work-group runs alone "
         "on one core of this machine, and each launch lasts as long as its longest chain where every core takes the "
         "next group as it comes free; the chain is the sum over launches. It leaves out what a launch takes, and what "
-        "cores cost each other in memory bandwidth and shared cache: a bound from below.",
+        "cores cost each other in memory bandwidth and shared cache: an optimistic one. Read quiet runs alone: a "
+        "long group that is never left undisturbed counts too long, and private's are the longest.",
         "The projection on two cores stands beside what two cores measured, where there are two.",
         "All rows of a dataset give the same mesh bit for bit: slabs sum each cell in the order of the private maps, "
         "and neither their number nor that of the cores is seen in it.",

@@ -3,7 +3,7 @@
 The frame is cut as a device of so many cores would cut it. Its launches run one work-group after the other on one core,
 and `cores` that each take the next group as they come free would have ended a launch with its longest chain of groups;
 the sum over launches is the projected time. What it leaves out: what a launch itself takes, and what cores cost each
-other, such as the memory's bandwidth and the cache that they share. So it is a bound from below, and no measurement.
+other, such as the memory's bandwidth and the cache that they share. So it is optimistic, and no measurement.
 """
 
 from __future__ import annotations

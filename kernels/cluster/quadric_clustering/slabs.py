@@ -22,7 +22,7 @@ BLOCK = 128  # triangles in a block of a list, as the kernels have it
 MOST_SLABS = 256
 WALK_FLOPS = 112  # a triangle: 70 for a plane and its products, 14 sums at each of 3 corners
 SAMPLES = 16  # items that sample
-SAMPLED = 1 << 14  # triangles by whose corners slabs are cut
+SAMPLED = 256  # triangles for each slab, by whose corners slabs are cut
 _PREFIX = "quadric_clustering_geometry_slabs_"
 
 
@@ -137,7 +137,7 @@ def add_slabs(
         subject.add(launch, bytes, flops)
 
     add("ranks", chunks, 0, points=subject.points, ranks=ranks, vertex_count=vertices,
-        stride=max(1, count // SAMPLED), **sampled, **mesh)  # fmt: skip
+        stride=max(1, count // (SAMPLED * slabs)), **sampled, **mesh)  # fmt: skip
     noted: dict[str, Any] = {"emit": 3 * emit, **pieces(chunks)}  # words of a survivor
     add("list", chunks, POINT * count, ranks=ranks, **noted, **sampled, **cells, **mesh, **lists)
     add("sum", slabs, subject.points.size_bytes + maps.size_bytes, WALK_FLOPS * count,
