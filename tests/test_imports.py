@@ -93,6 +93,7 @@ SYSTEMS = {path.parent.name for path in (ROOT / "kernels").glob("*/*/host.py")}
 # the one that says which system a verb prefers, and pictures that are about some
 NAMING = {
     "lodbench.kernels.verbs",
+    "lodbench.harness.report.chains",
     "lodbench.harness.report.distances",
     "lodbench.harness.report.refinements",
 }
