@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.datasets_gen.surfaces import Indices
+from lodbench.datasets_gen.surfaces import Floats, Indices
 from lodbench.kernels.opencl import Buffer, Device, Program, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 
@@ -13,19 +13,30 @@ NO_EDGES: Indices = np.zeros((0, 3), np.uint32)
 NO_VERTICES = np.zeros(0, np.uint32)
 
 
-def used_once(edges: Indices) -> Indices:
+def used_once(edges: Indices, positions: Floats) -> Indices:
     """The border edges among candidates, which hold every use of each.
+
+    Where a seam of texture or of normals has parted the vertices, two edges lie between the same positions: no border.
 
     Args:
         edges: (k, 3) uint32: from, to, the third corner of the triangle.
+        positions: of the mesh, (n, 3).
 
     Returns:
-        (borders, 3) uint32 in the same order: those whose two ends no other row joins, and which are not one vertex.
+        (borders, 3) uint32 in the same order.
     """
-    low, high = edges[:, :2].min(axis=1), edges[:, :2].max(axis=1)
-    keys = low.astype(np.uint64) << np.uint64(32) | high
+    alone = edges[_single(edges[:, :2])]
+    vertices, ends = np.unique(alone[:, :2], return_inverse=True)
+    _, places = np.unique(positions[vertices] + 0.0, axis=0, return_inverse=True)  # -0 is 0
+    return alone[_single(places.reshape(-1)[ends].reshape(-1, 2))]
+
+
+def _single(pairs: NDArray[np.integer]) -> NDArray[np.bool_]:
+    """Which (from, to) are those of one row alone, whichever way, and of two different ends?"""
+    low, high = pairs.min(axis=1), pairs.max(axis=1)
+    keys = low.astype(np.uint64) << np.uint64(32) | high.astype(np.uint64)
     _, which, uses = np.unique(keys, return_inverse=True, return_counts=True)
-    return edges[(uses[which] == 1) & (low != high)]
+    return (uses[which] == 1) & (low != high)
 
 
 def edges_of(triangles: Indices) -> Indices:
@@ -33,7 +44,7 @@ def edges_of(triangles: Indices) -> Indices:
     return np.stack([np.roll(triangles, -k, axis=1) for k in range(3)], axis=1).reshape(-1, 3)
 
 
-def border_edges(device: Device, program: Program, triangles: Buffer, vertex_count: int) -> Indices:
+def border_edges(device: Device, program: Program, triangles: Buffer, positions: Floats) -> Indices:
     """The border edges of a mesh on the device, (borders, 3) uint32 in input order: from, to, the third corner.
 
     Where triangles turn against their neighbours it takes longer, and finds the same.
@@ -42,7 +53,7 @@ def border_edges(device: Device, program: Program, triangles: Buffer, vertex_cou
         device: where the mesh is.
         program: holds the kernels of `cluster/borders.cl`.
         triangles: uint32, (m, 3).
-        vertex_count: of the mesh.
+        positions: of the mesh, (n, 3), on the host.
     """
     count = triangles.shape[0]
     chunks, local = chunk_count(device, max(count, 1)), chunk_local(device)
@@ -57,7 +68,7 @@ def border_edges(device: Device, program: Program, triangles: Buffer, vertex_cou
     launch("sum", sums=sums)
     if not device.read(sums).sum(axis=0, dtype=np.uint32).any():
         return NO_EDGES
-    marks = device.allocate("marks", vertex_count, np.int32)
+    marks = device.allocate("marks", len(positions), np.int32)
     device.fill(Timeline(), "borders", marks, 0)
     launch("mark", marks=marks)
     chunk_sums = device.allocate("chunk_sums", chunks, np.uint32)
@@ -65,7 +76,7 @@ def border_edges(device: Device, program: Program, triangles: Buffer, vertex_cou
     rows = int(device.read(chunk_sums).sum(dtype=np.int64))
     edges = device.allocate("edges", (rows, 3), np.uint32)
     launch("write", marks=marks, chunk_sums=chunk_sums, edges=edges)
-    return used_once(device.read(edges))
+    return used_once(device.read(edges), positions)
 
 
 def border_vertices(edges: Indices) -> NDArray[np.uint32]:

@@ -1,4 +1,7 @@
-"""What every clustering on a grid shares: occupied cells, output vertices and triangles, and the map to them."""
+"""What every clustering on a grid shares: occupied cells, output vertices and triangles, and the map to them.
+
+Long because a frame's steps are read in their order.
+"""
 
 from __future__ import annotations
 

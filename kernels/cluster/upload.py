@@ -100,4 +100,4 @@ class Upload:
     def border_edges(self) -> Indices:
         """See `borders.border_edges`; found once, in the set-up stage "borders"."""
         with self.setup.host("borders"):
-            return border_edges(self.device, self.program, self.triangles, self.mesh.vertex_count)
+            return border_edges(self.device, self.program, self.triangles, self.mesh.positions)

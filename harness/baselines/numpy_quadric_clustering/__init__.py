@@ -187,7 +187,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     with setup.host("borders"):
         border = NO_EDGES
         if params.kernel().holds_border:
-            border = used_once(edges_of(mesh.triangles))
+            border = used_once(edges_of(mesh.triangles), mesh.positions)
     return HostPrepared(
         device,
         lambda _: cluster(mesh, params, border),

@@ -80,7 +80,7 @@ def _simplified(
 ) -> Reference:
     """The same of vertices in these cells; `limit` is how far each lets its cell's representative step."""
     points = grid.points(mesh.positions).astype(np.float64)
-    border = used_once(edges_of(mesh.triangles)) if params.uses_border else NO_EDGES
+    border = used_once(edges_of(mesh.triangles), mesh.positions) if params.uses_border else NO_EDGES
     kept = border_vertices(border) if params.keeps_border else NO_VERTICES
     own_cells = int(cells.max(initial=0)) + 1
     cells[kept] = own_cells + np.arange(len(kept))

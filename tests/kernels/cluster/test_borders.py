@@ -33,7 +33,7 @@ def counted(triangles):
 
 def found(device, triangles, vertices=None):
     count = int(triangles.max(initial=0)) + 1 if vertices is None else vertices
-    mesh = TriangleMesh(np.zeros((count, 3)), triangles)
+    mesh = TriangleMesh(np.arange(3.0 * count).reshape(-1, 3), triangles)
     return [tuple(edge) for edge in Upload(device, mesh).border_edges.tolist()]
 
 
@@ -51,6 +51,17 @@ def test_closed_mesh_has_none_whichever_way_some_triangles_turn(device, make):
     triangles[::3] = triangles[::3, ::-1]
     assert found(device, triangles) == []
     assert found(device, triangles[1:]) == counted(triangles[1:])
+
+
+def test_seam_where_vertices_are_parted_is_no_border(device):
+    whole = plane(12)
+    parted = whole.triangles.copy()
+    right = whole.positions[whole.triangles].mean(axis=1)[:, 0] > whole.positions[:, 0].mean()
+    parted[right] += whole.vertex_count
+    mesh = TriangleMesh(np.concatenate([whole.positions, whole.positions]), parted)
+    edges = Upload(device, mesh).border_edges
+    assert len(edges) == 48
+    assert np.array_equal(edges % whole.vertex_count, Upload(device, whole).border_edges)
 
 
 def test_many_chunks_find_the_same(device):
