@@ -50,4 +50,4 @@ def test_octree_groups_are_valid_and_parts_come_before_scans(quick):
     assert len({found.name for found in groups}) == len(groups)
     for found in groups:
         found.validate()
-    assert [found.dataset for found in groups][0] == "fandisk"
+    assert groups[0].dataset == "fandisk"
