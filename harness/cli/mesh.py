@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -11,6 +12,7 @@ from lodbench.harness.cli import complete
 from lodbench.harness.cli.app import app
 from lodbench.harness.cli.displace import displacement
 from lodbench.harness.cli.files import (
+    STANDARD,
     FormatOption,
     InArgument,
     MeshTarget,
@@ -25,6 +27,7 @@ from lodbench.harness.cli.options import (
     QuietOption,
     parameters,
 )
+from lodbench.harness.cli.output import say
 
 
 def _cells(text: str | None) -> Any:
@@ -47,8 +50,6 @@ def _finish(
     json_output: bool,
     quiet: bool,
 ) -> None:
-    from lodbench.kernels.targets import off_target
-
     lost = target.write_mesh(result.mesh, source, json_output)
     facts = {
         "out": target.path,
@@ -60,11 +61,17 @@ def _finish(
         "wall_s": time.perf_counter() - started,
         "counters": dict(result.counters),
     }
+    _say(facts, target, json_output, quiet)
+
+
+def _say(facts: dict[str, Any], target: MeshTarget, json_output: bool, quiet: bool) -> None:
+    from lodbench.kernels.targets import off_target
+
     if json_output:
         target.say_json(facts)
     elif not quiet:
-        missed = off_target(result.counters)
-        if cracked := result.counters.get("cracked_edges"):
+        missed = off_target(facts["counters"])
+        if cracked := facts["counters"].get("cracked_edges"):
             target.hint(
                 f"normals are split along {cracked:,} edges of the input: cracks open there"
             )
@@ -73,6 +80,43 @@ def _finish(
             f"{f' ({missed})' if missed else ''}, "
             f"{facts['vertices_in']:,} -> {facts['vertices_out']:,} points, {facts['wall_s']:.2f} s"
         )
+
+
+def _within(
+    memory: str, source: Path, target: MeshTarget, json_output: bool, quiet: bool, **options: Any
+) -> None:
+    """A file simplified within so much memory, in batches where it is larger."""
+    from lodbench.harness.measure.progress import Progress
+    from lodbench.kernels.simplify_file import simplify_file
+
+    started = time.perf_counter()
+    for name, path in (("IN", source), ("OUT", target.path)):
+        if str(path) == STANDARD:
+            raise ValueError(f"{name}: expected a file with --memory, got {STANDARD}")
+    with Progress(1.0, quiet or json_output) as progress:
+        at: tuple[str, float] = "", 0.0
+
+        def told(what: str, share: float) -> None:
+            nonlocal at
+            progress.advance(share - at[1])
+            if what != at[0]:
+                progress.task(f"{source.name}: {what}")
+            at = what, share
+
+        made = simplify_file(source, target.path, memory=memory, told=told, **options)
+    if made.extras and not json_output:
+        say(f"note: {made.path} lacks what the input has: {', '.join(made.extras)}", err=True)
+    facts = {
+        "out": made.path,
+        "triangles_in": made.triangles_in,
+        "triangles_out": made.triangles,
+        "vertices_in": made.vertices_in,
+        "vertices_out": made.vertices,
+        "lost": list(made.extras),
+        "wall_s": time.perf_counter() - started,
+        "counters": made.counters,
+    }
+    _say(facts, target, json_output, quiet)
 
 
 @app.command()
@@ -97,6 +141,14 @@ def simplify(
             help="A system with this verb; default: the first that takes the surface.",
         ),
     ] = None,
+    memory: Annotated[
+        str | None,
+        typer.Option(
+            "--memory",
+            help="At most so much memory, such as 512M or 2G: a larger binary PLY or STL is streamed, with the same "
+            "result.",
+        ),
+    ] = None,
     settings: OwnOption = None,
     form: FormatOption = None,
     device: DeviceOption = None,
@@ -114,6 +166,11 @@ def simplify(
     grid = _cells(cells)
     target = MeshTarget(out, form)
     target.check()
+    if memory is not None:
+        return _within(
+            memory, source, target, json_output, quiet, target_reduction=target_reduction,
+            target_count=target_count, cells=grid, method=method, device=device, **parameters(settings),
+        )  # fmt: skip
     found = read_source(source)
     opened = Device.open(device)
     started = time.perf_counter()

@@ -165,3 +165,26 @@ __kernel void quadric_clustering_geometry_fused(
     if (t < share.y) out = geometry_last_triangles(points, triangles, own, out, share, t, true);
     piece_counts[map] = (uint)((out - piece) / 3);
 }
+
+// one batch of one map's share: the map goes on from the batch before, so that its sums are those of the whole share
+__kernel void quadric_clustering_geometry_batch(
+    __global const float4 *points,
+    __global const uint *restrict triangles,
+    __global float8 *restrict maps,
+    __global uint *restrict pieces,
+    __global uint *restrict piece_counts,
+    const uint map,
+    const uint capacity,
+    const uint triangle_count)
+{
+    if (get_global_id(0) > 0) return;
+
+    __global float8 *own = maps + 2 * (size_t)capacity * map;
+    __global uint *out = pieces;
+    uint t = 0;
+    for (; t + 8 <= triangle_count; t += 8)
+        out = geometry_next_triangles(points, triangles, own, out, t, triangle_count, true);
+    const uint2 share = (uint2)(0, triangle_count);
+    if (t < triangle_count) out = geometry_last_triangles(points, triangles, own, out, share, t, true);
+    piece_counts[0] = (uint)((out - pieces) / 3);
+}

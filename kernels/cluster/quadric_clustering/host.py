@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster import prepare as family
 from lodbench.kernels.cluster.clustering import Clustering
+from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering.params import Params
 from lodbench.kernels.cluster.quadric_clustering.reference import KINDS, simplify
 from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
@@ -25,12 +27,52 @@ PLACEMENTS = {"robust": 0, "paper": 1, "average": 2}
 SUM_LANES = 14
 FOLDER = "cluster/quadric_clustering"
 FILES = tuple(f"{FOLDER}/{name}.cl" for name in ("setup", "fragment", "geometry", "geometry_emit"))
+FIXED_POINT = f"{FOLDER}/geometry_fixed_point.cl"
+ATOMICS = "cl_khr_int64_base_atomics"
 _PREFIX = "quadric_clustering_"
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Clustering | Unchanged:
     """See `cluster/prepare.py`; fixed_point needs 64-bit atomics."""
     return family.prepare(device, mesh, params, QuadricClustering, FILES)
+
+
+def private_maps(device: Device, params: Params) -> bool:
+    """One float map per chunk, else one of integers, which needs 64-bit atomics.
+
+    Raises:
+        Unsupported: the device has none.
+    """
+    accumulate = params.accumulate
+    if accumulate == "auto":
+        accumulate = "private" if device.is_cpu else "fixed_point"
+    if accumulate != "private" and ATOMICS not in device.facts.extensions:
+        raise Unsupported(f"needs {ATOMICS}, device has none")
+    return accumulate == "private"
+
+
+def placing(grid: Grid, params: Params) -> dict[str, Any]:
+    """What the kernels of pass 2 are told of the placement."""
+    per_box = 1 / grid.extent if grid.extent else 1.0
+    return {"per_box": per_box, "placement": PLACEMENTS[params.placement]}
+
+
+def fixed_point_scale(
+    exponents: NDArray[np.floating], grid: Grid, triangle_count: int
+) -> tuple[float, float, float]:
+    """Powers of two for A, b and positions, as large as sums of all triangles in one cell allow.
+
+    Args:
+        exponents: triangles by the exponent of a third of their area, (256,).
+        grid: whose units areas are in.
+        triangle_count: all there are.
+    """
+    area = 3 * float(exponents @ np.exp2(np.arange(256) - 126.0))
+    reach = 2 * max(grid.extent, 1.0)  # no corner is farther than sqrt(3) extents
+    bounds = (area, area * reach, 3 * max(triangle_count, 1) * reach)
+    exponent = [np.clip(62 - np.ceil(np.log2(max(b, 1e-30))), -100, 100) for b in bounds]
+    scale_a, scale_b, scale_p = (float(2.0**e) for e in exponent)
+    return scale_a, scale_b, scale_p
 
 
 class QuadricClustering(Clustering):
@@ -51,16 +93,11 @@ class QuadricClustering(Clustering):
     def __init__(self, upload: Upload, params: Params, found: Found | None = None) -> None:
         super().__init__(upload, params, found)
         device = upload.device
-        accumulate = params.accumulate
-        if accumulate == "auto":
-            accumulate = "private" if device.is_cpu else "fixed_point"
-        self.private = accumulate == "private"
+        self.private = private_maps(device, params)
         self.fused = self.private and params.strategy == "fused"
         if not self.private:
-            if "cl_khr_int64_base_atomics" not in device.facts.extensions:
-                raise Unsupported("needs cl_khr_int64_base_atomics, device has none")
             with self.setup.host("build"):
-                self._programs.append(device.build(f"{FOLDER}/geometry_fixed_point.cl"))
+                self._programs.append(device.build(FIXED_POINT))
         self.first = "pass_1_and_3" if self.fused else "pass_1"
         self.third = "pass_1_and_3" if self.fused else "pass_3"
         with self.setup.host("size"):
@@ -120,23 +157,16 @@ class QuadricClustering(Clustering):
             triangle_count=self._triangles, chunk_count=chunks,
         )(Timeline())  # fmt: skip
         counts = device.read(exponents).sum(0, dtype=np.float64)
-        area = 3 * float(counts @ np.exp2(np.arange(256) - 126.0))
-        reach = 2 * max(self.grid.extent, 1.0)  # no corner is farther than sqrt(3) extents
-        bounds = (area, area * reach, 3 * triangles * reach)
-        exponent = [np.clip(62 - np.ceil(np.log2(max(b, 1e-30))), -100, 100) for b in bounds]
-        scale_a, scale_b, scale_p = (float(2.0**e) for e in exponent)
-        return scale_a, scale_b, scale_p
+        return fixed_point_scale(counts, self.grid, self._triangles)
 
     def _prepare_solve(self) -> None:
         """Pass 2: representatives of all occupied cells."""
-        grid = self.grid
         solve: dict[str, Any] = {
             "state": self.state,
             "solved": self.solved,
             "chunk_sums": self.chunk_sums,
-            "per_box": 1 / grid.extent if grid.extent else 1.0,
-            "placement": PLACEMENTS[self.params.placement],
             "capacity": self.capacity,
+            **placing(self.grid, self.params),
         }
         if self.private:
             solve |= {"maps": self.sums, "map_count": self.params.chunks}
