@@ -101,8 +101,7 @@ class MeshFile:
     def _open_ply(self, start: bytes, size: int) -> None:
         try:
             encoding, elements, at = ply.header(start)
-            self.extras = tuple(contents.extras(start[:at], self.path))
-        except (ValueError, LookupError) as error:
+        except ValueError as error:
             raise read.FileError(f"{self.path}: {error}") from None
         if encoding == "ascii":
             raise self._refused("binary PLY", "text")
@@ -121,6 +120,7 @@ class MeshFile:
                 self._list = lists[0] if lists else ""
         if not {"vertex", "face"} <= tables.keys():
             raise self._refused("vertices and faces", ", ".join(tables) or "neither")
+        self.extras = tuple(contents.extras(start, Path("a.ply")))
         self._vertices, self._faces = tables["vertex"], tables["face"]
         self.shared = True
         self.vertex_count, self.triangle_count = self._vertices.count, self._faces.count

@@ -7,17 +7,21 @@ import re
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
+import numpy as np
+
+from lodbench.datasets_gen.ply import ply_faces, ply_head
+from lodbench.kernels import verbs
 from lodbench.kernels.api import open_device, simplify_mesh
 from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.parameters import check, shown
+from lodbench.kernels.result import Left, Told
 from lodbench.kernels.targets import given_target
 
 MINIMUM = 64 << 20
 """Bytes below which `memory` is refused: a batch, a window of the file and a small grid."""
 
-STREAMED = "quadric_clustering"
 _UNITS = {"": 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
 # bytes in core, about: parsing widens a file's faces, and the device has the mesh and its result
 _PER_TRIANGLE, _PER_VERTEX = 160, 80
@@ -84,7 +88,7 @@ def simplify_file(
     memory: int | str | None = None,
     method: str | None = None,
     device: Device | str | None = None,
-    told: Any = None,
+    told: Told | None = None,
     **options: Any,
 ) -> Written:
     """Fewer triangles of the same shape, from a file to a file.
@@ -114,7 +118,7 @@ def simplify_file(
             little memory for the grid.
         Unsupported: the device cannot hold the mesh.
     """
-    from lodbench.datasets_gen import contents, read  # trimesh takes half a second
+    from lodbench.datasets_gen import contents, formats, read  # trimesh takes half a second
 
     source, out = Path(source), Path(out)
     targets = {"target_reduction": target_reduction, "target_count": target_count, "cells": cells}
@@ -131,6 +135,9 @@ def simplify_file(
     del data
     result = simplify_mesh(open_device(device), mesh, method=method, **targets, **options)
     read.write_mesh(out, result.mesh)
+    carried = formats.CARRIED.get(out.suffix.lower(), ())
+    kept = {name for name in carried if getattr(result.mesh, name) is not None}
+    extras = tuple(name for name in extras if name not in kept)
     return Written(
         out, mesh.vertex_count, mesh.triangle_count, result.mesh.vertex_count,
         result.mesh.triangle_count, False, extras, dict(result.counters),
@@ -160,27 +167,23 @@ def _streamed(
     allowed: int,
     method: str | None,
     device: Device | str | None,
-    told: Any,
+    told: Told | None,
     options: dict[str, Any],
 ) -> Written:
     from lodbench.datasets_gen import batches, read
-    from lodbench.kernels.cluster.quadric_clustering import Params
-    from lodbench.kernels.cluster.streaming import simplify_batches, write_left
 
-    if method not in (None, STREAMED):
-        raise ValueError(f"method: expected {STREAMED} out of core, got {method!r}")
+    simplify_batches = verbs.streaming(method)
     if out.suffix.lower() != ".ply":
         raise ValueError(f"{out}: expected a name that ends in .ply out of core, got {out.suffix}")
-    params = Params.named(**options)
     told = told or (lambda what, share: None)
     opened = device if isinstance(device, Device) else limited_device(allowed, device)
     file = batches.MeshFile(source, int(_WINDOW_SHARE * allowed))
     rows = max(1 << 13, min(1 << 19, allowed // 4 // _ROW_BYTES))
     try:
         with tempfile.TemporaryFile(dir=out.resolve().parent) as spill:
-            left = simplify_batches(opened, file, params, spill, rows, told)
+            left = simplify_batches(opened, file, spill, rows, told, **options)
             with read.replacing(out) as stream:
-                write_left(left, spill, stream, rows, told)
+                _write(left, spill, stream, rows, told)
     except Unsupported as error:
         if "bytes of device memory" not in str(error):
             raise
@@ -191,5 +194,23 @@ def _streamed(
         raise read.FileError(f"{out}: cannot be written: {error.strerror or error}") from error
     return Written(
         out, file.vertex_count, file.triangle_count, len(left.vertices), left.triangle_count, True,
-        file.extras, left.counters,
+        file.extras, dict(left.counters),
     )  # fmt: skip
+
+
+def _write(left: Left, spill: BinaryIO, out: BinaryIO, rows: int, told: Told) -> None:
+    """The PLY file that `ply.ply_file` makes of the mesh, written piece by piece."""
+    from lodbench.datasets_gen.batches import pieces
+
+    kind = np.dtype(np.float32 if left.origin is None else np.float64)
+    out.write(ply_head(dict.fromkeys("xyz", kind), len(left.vertices), left.triangle_count))
+    for start, stop in pieces(len(left.vertices), rows):
+        points = left.vertices[start:stop]
+        out.write(
+            (points if left.origin is None else points + left.origin).astype(f"<{kind.char}").data
+        )
+    spill.seek(0)
+    for start, stop in pieces(left.triangle_count, rows):
+        numbers = np.frombuffer(spill.read(12 * (stop - start)), np.uint32).reshape(-1, 3)
+        out.write(ply_faces(left.numbers[numbers]))
+        told("write", 1 - 0.02 * (1 - stop / left.triangle_count))

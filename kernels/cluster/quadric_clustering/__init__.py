@@ -15,15 +15,26 @@ Out-of-Core Simplification of Large Polygonal Models.
 
 from __future__ import annotations
 
+from typing import Any
+
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.prepare import simplifier
 from lodbench.kernels.cluster.quadric_clustering.host import QuadricClustering, prepare
 from lodbench.kernels.cluster.quadric_clustering.params import Params
+from lodbench.kernels.result import Left
 from lodbench.kernels.system import System
 
 __all__ = ["Params", "SYSTEM", "QuadricClustering", "simplify"]
 
 simplify = simplifier(prepare, Params)
+
+
+def streams(*arguments: Any, **options: Any) -> Left:
+    """See `simplify_batches`."""
+    from lodbench.kernels.cluster.quadric_clustering.streaming import simplify_batches  # trimesh
+
+    return simplify_batches(*arguments, **options)
+
 
 SYSTEM = System(
     name="quadric_clustering",
@@ -43,4 +54,5 @@ SYSTEM = System(
         "tenth": Params(target_reduction=0.9),
     },
     verbs={"simplify": simplify},
+    streams=streams,
 )

@@ -9,67 +9,46 @@ Source: Lindstrom 2000, Out-of-Core Simplification of Large Polygonal Models; th
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.datasets_gen.arrays import Origin
-from lodbench.datasets_gen.batches import Batch, MeshFile, ahead, pieces
-from lodbench.datasets_gen.ply import ply_faces, ply_head
+from lodbench.datasets_gen.batches import Batch, MeshFile, ahead
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering.batches import Batches
 from lodbench.kernels.cluster.quadric_clustering.params import Params
 from lodbench.kernels.cluster.search import Found, find_cells
 from lodbench.kernels.cluster.upload import SHARED
 from lodbench.kernels.opencl import Device, Timeline
+from lodbench.kernels.result import Left, Told
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.targets import missed
-
-Told = Callable[[str, float], None]
-"""(what is being done, share of the whole that is done, 0 to 1)"""
 
 _WEIGHTS = {"box": 1.0, "search": 12.0, "cells": 1.0, "sizes": 3.0, "triangles": 4.0, "write": 0.5}
 """Of each pass in the share that is done: bytes read and worked on, about."""
 
 
-@dataclass(frozen=True)
-class Left:
-    """What is left of a file.
-
-    Attributes:
-        vertices: (n, 3) float32, from the origin.
-        origin: the file's.
-        new_ranks: output vertex of each cell's rank.
-        triangle_count: triangles left; their cells' ranks are in the temporary file, three uint32 each.
-        counters: as those of a clustering in core.
-    """
-
-    vertices: NDArray[np.float32]
-    origin: Origin | None
-    new_ranks: NDArray[np.uint32]
-    triangle_count: int
-    counters: dict[str, int | float]
-
-
 def simplify_batches(
-    device: Device, source: MeshFile, params: Params, spill: BinaryIO, rows: int, told: Told
+    device: Device, source: MeshFile, spill: BinaryIO, rows: int, told: Told, **options: Any
 ) -> Left:
     """All passes but the writing.
 
     Args:
         device: where it runs; its memory limit holds the grid.
         source: the file, of at least one triangle.
-        params: with a target, or a grid.
         spill: an empty file for the triangles left.
         rows: triangles of a batch.
         told: called as it goes on.
+        **options: those of the Params.
 
     Raises:
-        ValueError: an option that needs the whole mesh, all triangles asked for, a value in the file that is wrong.
+        TypeError, ValueError: an option is wrong or needs the whole mesh, all triangles are asked for, or a value in
+            the file is wrong.
         Unsupported: the device has no room for the grid.
     """
+    params = Params.named(**options)
     if params.remove_duplicates:
         raise ValueError("remove_duplicates: expected False out of core, got True")
     count = source.triangle_count
@@ -121,22 +100,6 @@ def simplify_batches(
         counters |= {**missed(found.target, kept), "counting_passes": found.counts}
         counters["cells_along_longest"] = found.cells or 0.0
     return Left(vertices, source.origin, new_ranks, kept, counters)
-
-
-def write_left(left: Left, spill: BinaryIO, out: BinaryIO, rows: int, told: Told) -> None:
-    """The PLY file that `ply.ply_file` makes of the mesh, written piece by piece."""
-    kind = np.dtype(np.float32 if left.origin is None else np.float64)
-    out.write(ply_head(dict.fromkeys("xyz", kind), len(left.vertices), left.triangle_count))
-    for start, stop in pieces(len(left.vertices), rows):
-        points = left.vertices[start:stop]
-        out.write(
-            (points if left.origin is None else points + left.origin).astype(f"<{kind.char}").data
-        )
-    spill.seek(0)
-    for start, stop in pieces(left.triangle_count, rows):
-        ranks = np.frombuffer(spill.read(12 * (stop - start)), np.uint32).reshape(-1, 3)
-        out.write(ply_faces(left.new_ranks[ranks]))
-        told("write", 1 - 0.02 * (1 - stop / left.triangle_count))
 
 
 class StreamSurvivors:
