@@ -73,9 +73,12 @@ def memory_bytes(memory: int | str) -> int:
     return count
 
 
-def limited_device(memory: int | str, device: str | None = None) -> Device:
-    """A device whose buffers keep to their share of `memory`."""
-    return Device.open(device, memory_limit=int(_DEVICE_SHARE * memory_bytes(memory)))
+def limited_device(memory: int | str, device: Device | str | None = None) -> Device:
+    """A device whose buffers keep to their share of `memory`: one of its own on an open device's hardware."""
+    limit = int(_DEVICE_SHARE * memory_bytes(memory))
+    if isinstance(device, Device):
+        return Device(device.handle, memory_limit=limit, one_core=device.facts.one_core)
+    return Device.open(device, memory_limit=limit)
 
 
 def simplify_file(
