@@ -142,8 +142,8 @@ def _rows(properties: Properties, count: int, body: bytes, at: int) -> tuple[Row
 
 def _fans(rows: Rows, name: str) -> NDArray:
     """Polygons as triangle fans from their first corner, in file order; those of two corners or less vanish."""
-    if len(rows) == 1 and rows[0][1][name].shape[1:] == (3,):
-        return rows[0][1][name]
+    if len(rows) == 1 and (corners := rows[0][1][name]).shape[1:] == (3,):
+        return corners if corners.dtype.kind in "iu" else corners.astype(np.int64)
     triangles, order = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
     for numbers, table in rows:
         corners = table[name].astype(np.int64)
