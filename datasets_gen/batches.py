@@ -3,6 +3,8 @@
 Faces are read in order. The corners of a batch lie anywhere among the vertices: those whose vertices stand together are
 read as one piece, others are gathered from the mapped file, window by window in the order of the file, so that no more
 of it is resident than a window. Files whose order follows their surface have the former, scattered ones read at random.
+
+long because two formats are checked before anything is read, and both ways of reading corners belong to one file.
 """
 
 from __future__ import annotations

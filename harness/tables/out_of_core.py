@@ -28,11 +28,10 @@ def _group(dataset: str, copies: int, cells: float, memory: str, compared: bool 
         )
     ]
     if compared:
+        subjects.insert(0, Subject(SYSTEM, {**asked, "measured": True}, IN_CORE))
+    if compared and dataset == SCAN:
         searched = {**asked, "cells": None, "target_reduction": 0.95, "memory": memory}
-        subjects = [
-            Subject(SYSTEM, {**asked, "measured": True}, IN_CORE), *subjects,
-            Subject(SYSTEM, searched, f"{STREAMED}_target"),
-        ]  # fmt: skip
+        subjects.append(Subject(SYSTEM, searched, f"{STREAMED}_target"))
     return Group(
         dataset, tuple(subjects), {"copies": copies}, weight=copies / 5, standin_ok=dataset == SCAN
     )

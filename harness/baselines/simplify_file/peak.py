@@ -17,7 +17,7 @@ from lodbench.kernels.simplify_file import limited_device, simplify_file
 def peak() -> int:
     """Bytes; on Linux those of this program alone, since what `getrusage` says began with the process that forked."""
     if sys.platform == "linux":
-        (line,) = re.findall(r"VmHWM:\s*(\d+) kB", Path("/proc/self/status").read_text())
+        (line,) = re.findall(r"VmHWM:\s*(\d+) kB", Path("/proc/self/status").read_text("utf-8"))
         return 1024 * int(line)
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
