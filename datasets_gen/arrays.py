@@ -46,17 +46,23 @@ def recentred(points: Any) -> tuple[Any, Origin | None]:
         return points, None
     every = given.reshape(-1, 3)
     low, high = every.min(0).astype(np.float64), every.max(0).astype(np.float64)
+    origin = middle(low, high)
+    return (points, None) if origin is None else (given.astype(np.float64) - origin, origin)
+
+
+def middle(low: NDArray[np.float64], high: NDArray[np.float64]) -> Origin | None:
+    """The origin of points in the box from `low` to `high`, (3,), see `recentred`; None where no axis is `FAR`."""
     with np.errstate(all="ignore"):  # NaN and overflow are not far
         extent = float((high - low).max())
         largest = np.maximum(np.abs(low), np.abs(high))
         far = (largest > FAR * extent) & (largest < np.inf)
         if not far.any():
-            return points, None
-        middle = low / 2 + high / 2
+            return None
+        between = low / 2 + high / 2
         step = 2.0 ** np.floor(np.log2(extent)) if extent > 0 else 0.0
-        rounded = np.round(middle / step) * step
-    origin = np.where(far, np.where(np.isfinite(rounded), rounded, middle), 0.0)
-    return given.astype(np.float64) - origin, checked_origin(origin)
+        rounded = np.round(between / step) * step
+    origin = np.where(far, np.where(np.isfinite(rounded), rounded, between), 0.0)
+    return checked_origin(origin)
 
 
 def rows(argument: str, values: object, dtype: type, columns: int, count: int | None = None):

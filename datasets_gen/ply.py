@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 import warnings
 from collections import defaultdict
+from collections.abc import Mapping
 from functools import cache
 from typing import NamedTuple
 
@@ -84,7 +85,7 @@ def numbers_in(text: bytes, dtype: type = np.float64) -> NDArray:
 
 
 @cache
-def _layout(properties: Properties, lengths: tuple[int, ...]) -> np.dtype:
+def row_layout(properties: Properties, lengths: tuple[int, ...]) -> np.dtype:
     """A row whose lists have these lengths; `name#` is the length that stands before the list `name`."""
     fields, left = [], list(lengths)
     for name, kind, length_kind in properties:
@@ -115,7 +116,7 @@ def _rows(properties: Properties, count: int, body: bytes, at: int) -> tuple[Row
     """The rows of an element from a byte on, and the byte after them."""
     if not count or not properties:
         return [(np.arange(0), np.zeros(0, [(p.name, "f8") for p in properties]))], at
-    layout = _layout(properties, _lengths(properties, body, at))
+    layout = row_layout(properties, _lengths(properties, body, at))
     lists = [name for name in layout.fields or () if name.endswith("#")]
     end = at + count * layout.itemsize
     if end <= len(body) or not lists:
@@ -125,7 +126,7 @@ def _rows(properties: Properties, count: int, body: bytes, at: int) -> tuple[Row
     # lists of different lengths: where each row starts is known only from the one before
     found: dict[np.dtype, list[tuple[int, int]]] = defaultdict(list)
     for row in range(count):
-        layout = _layout(properties, _lengths(properties, body, at))
+        layout = row_layout(properties, _lengths(properties, body, at))
         found[layout].append((row, at))
         at += layout.itemsize
     if at > len(body):
@@ -139,8 +140,10 @@ def _rows(properties: Properties, count: int, body: bytes, at: int) -> tuple[Row
     return rows, at
 
 
-def _fans(rows: Rows, name: str) -> NDArray[np.int64]:
+def _fans(rows: Rows, name: str) -> NDArray:
     """Polygons as triangle fans from their first corner, in file order; those of two corners or less vanish."""
+    if len(rows) == 1 and (corners := rows[0][1][name]).shape[1:] == (3,):
+        return corners if corners.dtype.kind in "iu" else corners.astype(np.int64)
     triangles, order = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
     for numbers, table in rows:
         corners = table[name].astype(np.int64)
@@ -220,14 +223,26 @@ def ply_file(mesh: TriangleMesh) -> bytes:
     )
     for name, values in columns.items():
         vertices[name] = values
-    faces = np.empty(mesh.triangle_count, [("count", "u1"), ("corners", "<i4", 3)])
-    faces["count"], faces["corners"] = 3, mesh.triangles
+    kinds = {name: values.dtype for name, values in columns.items()}
+    head = ply_head(kinds, mesh.vertex_count, mesh.triangle_count)
+    return head + vertices.tobytes() + ply_faces(mesh.triangles)
+
+
+def ply_head(kinds: Mapping[str, np.dtype], vertex_count: int, triangle_count: int) -> bytes:
+    """The header of a binary little-endian PLY file whose vertices have these properties: float, double or uchar."""
     words = {"f": "float", "d": "double", "B": "uchar"}
-    properties = [f"property {words[v.dtype.char]} {name}" for name, v in columns.items()]
+    properties = [f"property {words[kind.char]} {name}" for name, kind in kinds.items()]
     head = [
         "ply", "format binary_little_endian 1.0",
-        f"element vertex {mesh.vertex_count}", *properties,
-        f"element face {mesh.triangle_count}", "property list uchar int vertex_indices",
+        f"element vertex {vertex_count}", *properties,
+        f"element face {triangle_count}", "property list uchar int vertex_indices",
         "end_header",
     ]  # fmt: skip
-    return "\n".join([*head, ""]).encode() + vertices.tobytes() + faces.tobytes()
+    return "\n".join([*head, ""]).encode()
+
+
+def ply_faces(triangles: NDArray[np.integer]) -> bytes:
+    """Rows of faces, of triangles (m, 3), as `ply_head` declares them."""
+    faces = np.empty(len(triangles), [("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"], faces["corners"] = 3, triangles
+    return faces.tobytes()

@@ -13,9 +13,11 @@ from lodbench.kernels.api import (
 from lodbench.kernels.opencl import Device, DeviceError, Unsupported
 from lodbench.kernels.render import render
 from lodbench.kernels.result import Result
+from lodbench.kernels.simplify_file import simplify_file
 from lodbench.kernels.turntable import turntable
 
 __all__ = [
     "Device", "DeviceError", "Result", "Unsupported",
-    "simplify", "simplify_mesh", "refine", "refine_mesh", "tessellate", "tessellate_surface", "render", "turntable",
+    "simplify", "simplify_mesh", "simplify_file", "refine", "refine_mesh", "tessellate", "tessellate_surface",
+    "render", "turntable",
 ]  # fmt: skip

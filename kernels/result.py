@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.datasets_gen.arrays import Origin
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.opencl import Timeline
 
@@ -34,3 +36,26 @@ class Result:
     setup: Timeline = field(default_factory=Timeline)
     frame: Timeline = field(default_factory=Timeline)
     level_maps: tuple[NDArray[np.uint32], ...] = ()
+
+
+Told = Callable[[str, float], None]
+"""(what is being done, share of the whole that is done, 0 to 1)"""
+
+
+@dataclass(frozen=True)
+class Left:
+    """What a system leaves of a file that it simplified in batches.
+
+    Attributes:
+        vertices: (n, 3) float32, from the origin.
+        origin: the file's, see `TriangleMesh`.
+        numbers: the vertex of each number that stands for one in the temporary file, uint32.
+        triangle_count: triangles left; three numbers each, uint32, are in the temporary file, in order.
+        counters: as those of the same in core.
+    """
+
+    vertices: NDArray[np.float32]
+    origin: Origin | None
+    numbers: NDArray[np.uint32]
+    triangle_count: int
+    counters: Mapping[str, int | float]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.opencl import Buffer, Device, Timeline, Unsupported
-from lodbench.kernels.result import Result
+from lodbench.kernels.result import Left, Result
 
 __all__ = [
     "View", "Frame", "Check", "Footprint", "Traffic", "DeviceSurface", "Prepared", "System", "run",
@@ -201,6 +201,8 @@ class System(Generic[P]):
         cases: named parameter sets; the first is the default.
         verbs: what users ask for by name ("simplify"), and the call that does it: (device, surface, **options) ->
             Result, options being those of the Params and the verb's own.
+        streams: simplifies a file in batches, (device, MeshFile, temporary file, rows of a batch, told, **options) ->
+            Left; None where the system cannot.
         runs_on: "device" or "host" ("gl" for an OpenGL driver); host subjects have wall time only.
     """
 
@@ -211,6 +213,7 @@ class System(Generic[P]):
     prepare: Callable[[Device, Any, P], Prepared]
     cases: Mapping[str, P]
     verbs: Mapping[str, Callable[..., Result]] = field(default_factory=dict)
+    streams: Callable[..., Left] | None = None
     runs_on: str = "device"
     notes: str = field(default="")
 

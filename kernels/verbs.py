@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from lodbench.kernels.result import Result
+from lodbench.kernels.result import Left, Result
 from lodbench.kernels.system import System
 
 VERBS = ("simplify", "refine", "tessellate")
@@ -63,3 +63,17 @@ def method(verb: str, name: str | None, surface: Any) -> Callable[..., Result]:
     if not able:
         raise TypeError(f"{verb}: expected a surface that some system takes, got {kind}")
     raise TypeError(f"method: expected {able} for a {kind}, got {name or 'none'}")
+
+
+def streaming(name: str | None) -> Callable[..., Left]:
+    """What simplifies a file in batches: that of the system `name`, or of the preferred one.
+
+    Raises:
+        ValueError: no system of this name does that.
+    """
+    for preferred in PREFERRED["simplify"] if name is None else (name,):
+        system = declared(preferred)
+        if system is not None and system.streams is not None:
+            return system.streams
+    able = ", ".join(s.name for s in _answering("simplify") if s.streams is not None)
+    raise ValueError(f"method: expected {able} out of core, got {name!r}")

@@ -12,6 +12,7 @@ from lodbench.harness.cli import complete
 from lodbench.harness.cli.app import app
 from lodbench.harness.cli.displace import displacement
 from lodbench.harness.cli.files import (
+    STANDARD,
     FormatOption,
     InArgument,
     MeshTarget,
@@ -26,6 +27,7 @@ from lodbench.harness.cli.options import (
     QuietOption,
     parameters,
 )
+from lodbench.harness.cli.output import say
 from lodbench.harness.cli.warp import warping
 
 
@@ -49,8 +51,6 @@ def _finish(
     json_output: bool,
     quiet: bool,
 ) -> None:
-    from lodbench.kernels.targets import off_target
-
     levels, out = result.levels, [target.path]
     if len(levels) > 1:
         out, lost = target.write_chain(levels, source, json_output)
@@ -72,16 +72,22 @@ def _finish(
             {"out": path, "triangles": level.triangle_count, "vertices": level.vertex_count}
             for path, level in zip(out if len(out) > 1 else out * len(levels), levels, strict=True)
         ]
+    _say(facts, target, json_output, quiet)
+
+
+def _say(facts: dict[str, Any], target: MeshTarget, json_output: bool, quiet: bool) -> None:
+    from lodbench.kernels.targets import off_target
+
     if json_output:
         target.say_json(facts)
     elif not quiet:
-        missed = off_target(result.counters)
-        if cracked := result.counters.get("cracked_edges"):
+        missed = off_target(facts["counters"])
+        if cracked := facts["counters"].get("cracked_edges"):
             target.hint(
                 f"normals are split along {cracked:,} edges of the input: cracks open there"
             )
         target.say(
-            f"{out[0]}: {facts['triangles_in']:,} -> {facts['triangles_out']:,} triangles"
+            f"{facts['out']}: {facts['triangles_in']:,} -> {facts['triangles_out']:,} triangles"
             f"{f' ({missed})' if missed else ''}, "
             f"{facts['vertices_in']:,} -> {facts['vertices_out']:,} points, {facts['wall_s']:.2f} s"
         )
@@ -89,6 +95,43 @@ def _finish(
             target.say(
                 f"{level['out']}: {level['triangles']:,} triangles, {level['vertices']:,} points"
             )
+
+
+def _within(
+    memory: str, source: Path, target: MeshTarget, json_output: bool, quiet: bool, **options: Any
+) -> None:
+    """A file simplified within so much memory, in batches where it is larger."""
+    from lodbench.harness.measure.progress import Progress
+    from lodbench.kernels.simplify_file import simplify_file
+
+    started = time.perf_counter()
+    for name, path in (("IN", source), ("OUT", target.path)):
+        if str(path) == STANDARD:
+            raise ValueError(f"{name}: expected a file with --memory, got {STANDARD}")
+    with Progress(1.0, quiet or json_output) as progress:
+        at: tuple[str, float] = "", 0.0
+
+        def told(what: str, share: float) -> None:
+            nonlocal at
+            progress.advance(share - at[1])
+            if what != at[0]:
+                progress.task(f"{source.name}: {what}")
+            at = what, share
+
+        made = simplify_file(source, target.path, memory=memory, told=told, **options)
+    if made.extras and not json_output:
+        say(f"note: {made.path} lacks what the input has: {', '.join(made.extras)}", err=True)
+    facts = {
+        "out": made.path,
+        "triangles_in": made.triangles_in,
+        "triangles_out": made.triangles,
+        "vertices_in": made.vertices_in,
+        "vertices_out": made.vertices,
+        "lost": list(made.extras),
+        "wall_s": time.perf_counter() - started,
+        "counters": made.counters,
+    }
+    _say(facts, target, json_output, quiet)
 
 
 @app.command()
@@ -135,6 +178,14 @@ def simplify(
             "the steeper, the finer.",
         ),
     ] = None,
+    memory: Annotated[
+        str | None,
+        typer.Option(
+            "--memory",
+            help="At most so much memory, such as 512M or 2G: a larger binary PLY or STL is streamed, with the same "
+            "result.",
+        ),
+    ] = None,
     settings: OwnOption = None,
     form: FormatOption = None,
     device: DeviceOption = None,
@@ -158,6 +209,13 @@ def simplify(
     grid = _cells(cells)
     target = MeshTarget(out, form)
     target.check()
+    if memory is not None:
+        if region or view or warp:
+            raise ValueError("memory: expected no region, view or warp beside it, got one")
+        return _within(
+            memory, source, target, json_output, quiet, target_reduction=target_reduction,
+            target_count=target_count, cells=grid, method=method, device=device, **parameters(settings),
+        )  # fmt: skip
     found = read_source(source)
     extra = parameters(settings) | warping(region, view, warp, found.surface)
     opened = Device.open(device)

@@ -109,7 +109,8 @@ class Grid:
         return cls(
             counts=counts,  # type: ignore[arg-type]
             prescale=prescale,
-            low=(np.asarray(low, np.float64) * prescale).astype(np.float32),
+            # of -0 and 0, which are equal, a box has either: 0
+            low=(np.asarray(low, np.float64) * prescale).astype(np.float32) + np.float32(0),
             inverse=np.float32(min(1.0 / scaled, 3e38)),
             unit=np.float32(scaled),
             per_axis=np.array([unit / e if e > FLAT * unit else 0.0 for e in edges], np.float32),

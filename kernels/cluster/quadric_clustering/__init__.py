@@ -17,10 +17,13 @@ Out-of-Core Simplification of Large Polygonal Models.
 
 from __future__ import annotations
 
+from typing import Any
+
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.prepare import simplifier
 from lodbench.kernels.cluster.quadric_clustering.host import QuadricClustering, prepare
 from lodbench.kernels.cluster.quadric_clustering.params import Params
+from lodbench.kernels.result import Left
 from lodbench.kernels.stages.camera import look_at
 from lodbench.kernels.system import System
 
@@ -28,6 +31,14 @@ __all__ = ["Params", "SYSTEM", "QuadricClustering", "simplify"]
 
 simplify = simplifier(prepare, Params)
 CUBE = "float warp(const float t, const int axis) { return t * (0.2f + t * t); }"
+
+
+def streams(*arguments: Any, **options: Any) -> Left:
+    """See `simplify_batches`."""
+    from lodbench.kernels.cluster.quadric_clustering.streaming import simplify_batches  # trimesh
+
+    return simplify_batches(*arguments, **options)
+
 
 SYSTEM = System(
     name="quadric_clustering",
@@ -53,4 +64,5 @@ SYSTEM = System(
         "warp_64": Params(64, warp=CUBE),
     },
     verbs={"simplify": simplify},
+    streams=streams,
 )

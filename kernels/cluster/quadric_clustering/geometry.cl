@@ -1,5 +1,6 @@
 // Quadric vertex clustering, geometry stage: each triangle's quadric added to its corners' cells.
 //
+// Long because all walks over the triangles share their eights
 // Source    DeCoro & Tatarchuk 2007, slides 11-12 (quadric map) and 16-17 (final clustering); `fused` does both in one
 //           walk over the triangles and emits the cells' ranks, which are turned into output vertices later
 // Work      1-D, one item per private map, each over its share of the triangles, eight at a time
@@ -179,4 +180,27 @@ __kernel void quadric_clustering_geometry_fused(
         out = geometry_next_triangles(points, triangles, own, out, t, triangle_count, true);
     if (t < share.y) out = geometry_last_triangles(points, triangles, own, out, share, t, true);
     piece_counts[map] = (uint)((out - piece) / 3);
+}
+
+// one batch of one map's share: the map goes on from the batch before, so that its sums are those of the whole share
+__kernel void quadric_clustering_geometry_batch(
+    __global const float4 *points,
+    __global const uint *restrict triangles,
+    __global float8 *restrict maps,
+    __global uint *restrict pieces,
+    __global uint *restrict piece_counts,
+    const uint map,
+    const uint capacity,
+    const uint triangle_count)
+{
+    if (get_global_id(0) > 0) return;
+
+    __global float8 *own = maps + 2 * (size_t)capacity * map;
+    __global uint *out = pieces;
+    uint t = 0;
+    for (; t + 8 <= triangle_count; t += 8)
+        out = geometry_next_triangles(points, triangles, own, out, t, triangle_count, true);
+    const uint2 share = (uint2)(0, triangle_count);
+    if (t < triangle_count) out = geometry_last_triangles(points, triangles, own, out, share, t, true);
+    piece_counts[0] = (uint)((out - pieces) / 3);
 }

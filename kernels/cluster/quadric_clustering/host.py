@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster import prepare as family
 from lodbench.kernels.cluster.clustering import Clustering
+from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering import slabs
 from lodbench.kernels.cluster.quadric_clustering.params import HEAVINESS, Params
 from lodbench.kernels.cluster.quadric_clustering.reference import KINDS, simplify
@@ -28,6 +30,8 @@ FOLDER = "cluster/quadric_clustering"
 FILES = tuple(
     f"{FOLDER}/{name}.cl" for name in ("setup", "fragment", "geometry", "geometry_emit", "border")
 )
+FIXED_POINT = f"{FOLDER}/geometry_fixed_point.cl"
+ATOMICS = "cl_khr_int64_base_atomics"
 _PREFIX = "quadric_clustering_"
 
 
@@ -35,6 +39,45 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Clustering | 
     """See `cluster/prepare.py`; fixed_point needs 64-bit atomics."""
     more = (slabs.FILE,) if slabs.chosen(device, params, mesh.triangle_count) == "slabs" else ()
     return family.prepare(device, mesh, params, QuadricClustering, (*FILES, *more))
+
+
+def float_maps(device: Device, params: Params) -> bool:
+    """One float map per chunk, else one of integers, which needs 64-bit atomics.
+
+    Raises:
+        Unsupported: the device has none.
+    """
+    integers = params.accumulate == "fixed_point" or (
+        params.accumulate == "auto" and not device.is_cpu
+    )
+    if integers and ATOMICS not in device.facts.extensions:
+        raise Unsupported(f"needs {ATOMICS}, device has none")
+    return not integers
+
+
+def placing(grid: Grid, params: Params) -> dict[str, Any]:
+    """What the kernels of pass 2 are told of the placement."""
+    per_box = 1 / grid.extent if grid.extent else 1.0
+    return {"per_box": per_box, "placement": PLACEMENTS[params.placement]}
+
+
+def fixed_point_scale(
+    exponents: NDArray[np.floating], grid: Grid, triangle_count: int, border: float = 0.0
+) -> tuple[float, float, float]:
+    """Powers of two for A, b and positions, as large as sums of all triangles in one cell allow.
+
+    Args:
+        exponents: triangles by the exponent of a third of their area, (256,).
+        grid: whose units areas are in.
+        triangle_count: all there are.
+        border: the sum of the squares of border edges' lengths, where they add planes.
+    """
+    area = 3 * float(exponents @ np.exp2(np.arange(256) - 126.0)) + 2 * HEAVINESS * border
+    reach = 2 * max(grid.extent, 1.0)  # no corner is farther than sqrt(3) extents
+    bounds = (area, area * reach, 3 * max(triangle_count, 1) * reach)
+    exponent = [np.clip(62 - np.ceil(np.log2(max(b, 1e-30))), -100, 100) for b in bounds]
+    scale_a, scale_b, scale_p = (float(2.0**e) for e in exponent)
+    return scale_a, scale_b, scale_p
 
 
 class QuadricClustering(Clustering):
@@ -59,13 +102,11 @@ class QuadricClustering(Clustering):
         super().__init__(upload, params, found)
         device = upload.device
         self.accumulate = slabs.chosen(device, params, self._triangles)
-        self.floats = self.accumulate != "fixed_point"
+        self.floats = float_maps(device, params)
         self.fused = self.floats and params.strategy == "fused"
-        if not self.floats and "cl_khr_int64_base_atomics" not in device.facts.extensions:
-            raise Unsupported("needs cl_khr_int64_base_atomics, device has none")
         if not self.floats:
             with self.setup.host("build"):
-                files = (f"{FOLDER}/geometry_fixed_point.cl", f"{FOLDER}/border_fixed_point.cl")
+                files = (FIXED_POINT, f"{FOLDER}/border_fixed_point.cl")
                 self._programs.append(device.build(*files))
         self.first = "pass_1_and_3" if self.fused else "pass_1"
         self.third = "pass_1_and_3" if self.fused else "pass_3"
@@ -158,14 +199,8 @@ class QuadricClustering(Clustering):
             triangle_count=self._triangles, chunk_count=chunks,
         )(Timeline())  # fmt: skip
         counts = device.read(exponents).sum(0, dtype=np.float64)
-        area = 3 * float(counts @ np.exp2(np.arange(256) - 126.0))
-        if self.params.holds_border:
-            area += 2 * HEAVINESS * self._border_lengths()
-        reach = 2 * max(self.grid.extent, 1.0)  # no corner is farther than sqrt(3) extents
-        bounds = (area, area * reach, 3 * triangles * reach)
-        exponent = [np.clip(62 - np.ceil(np.log2(max(b, 1e-30))), -100, 100) for b in bounds]
-        scale_a, scale_b, scale_p = (float(2.0**e) for e in exponent)
-        return scale_a, scale_b, scale_p
+        lengths = self._border_lengths() if self.params.holds_border else 0.0
+        return fixed_point_scale(counts, self.grid, self._triangles, lengths)
 
     def _border_lengths(self) -> float:
         """The sum of the squares of the border edges' lengths, in units."""
@@ -174,15 +209,13 @@ class QuadricClustering(Clustering):
 
     def _prepare_solve(self) -> None:
         """Pass 2: representatives of all occupied cells."""
-        grid = self.grid
         solve: dict[str, Any] = {
             "state": self.state,
             "solved": self.solved,
             "chunk_sums": self.chunk_sums,
-            "per_box": 1 / grid.extent if grid.extent else 1.0,
-            "placement": PLACEMENTS[self.params.placement],
             "capacity": self.capacity,
             "limits": self.limits,
+            **placing(self.grid, self.params),
         }
         if self.floats:
             solve |= {"maps": self.sums, "map_count": self.params.chunks}

@@ -1,0 +1,197 @@
+"""Quadric vertex clustering of a mesh file that need not fit into memory: the passes, each over the file's batches.
+
+What is kept is the cluster map, of the occupied cells; triangles that are left go to a temporary file as ranks of
+cells, in the order of the input. The result is that of the same parameters in core, bit for bit.
+
+Source: Lindstrom 2000, Out-of-Core Simplification of Large Polygonal Models; the passes are DeCoro & Tatarchuk's, 2007.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.datasets_gen.batches import Batch, MeshFile, ahead
+from lodbench.kernels.cluster.grid import Grid
+from lodbench.kernels.cluster.quadric_clustering.batches import Batches
+from lodbench.kernels.cluster.quadric_clustering.params import Params
+from lodbench.kernels.cluster.search import Found, find_cells
+from lodbench.kernels.cluster.upload import SHARED
+from lodbench.kernels.cluster.warped import WARPS
+from lodbench.kernels.opencl import Device, Timeline
+from lodbench.kernels.result import Left, Told
+from lodbench.kernels.stages.scan import chunk_count, chunk_local
+from lodbench.kernels.targets import missed
+
+_WEIGHTS = {"box": 1.0, "search": 12.0, "cells": 1.0, "sizes": 3.0, "triangles": 4.0, "write": 0.5}
+"""Of each pass in the share that is done: bytes read and worked on, about."""
+
+
+def simplify_batches(
+    device: Device, source: MeshFile, spill: BinaryIO, rows: int, told: Told, **options: Any
+) -> Left:
+    """All passes but the writing.
+
+    Args:
+        device: where it runs; its memory limit holds the grid.
+        source: the file, of at least one triangle.
+        spill: an empty file for the triangles left.
+        rows: triangles of a batch.
+        told: called as it goes on.
+        **options: those of the Params.
+
+    Raises:
+        TypeError, ValueError: an option is wrong or needs the whole mesh, all triangles are asked for, or a value in
+            the file is wrong.
+        Unsupported: the device has no room for the grid.
+    """
+    if options.pop("attributes", False):
+        raise ValueError("attributes: expected False out of core, got True")
+    params = Params.named(**options)
+    if params.remove_duplicates:
+        raise ValueError("remove_duplicates: expected False out of core, got True")
+    if params.keeps_border or any(getattr(params, name) for name in WARPS):
+        raise ValueError("border, regions, view, warp: expected no keep and no warp out of core")
+    count = source.triangle_count
+    target = params.triangles(count)
+    passes = [name for name in _WEIGHTS if name != "search" or target is not None]
+    tell = _Shares(told, passes)
+    box = source.box(lambda share: tell("box", share))
+    found: Found | None = None
+    if target is not None:
+        counting = StreamSurvivors(device, source, box, rows, lambda share: tell("search", share))
+        found = find_cells(counting, box[1] - box[0], count, target)
+        if found.cells is None:
+            raise ValueError(
+                f"target_count: expected a grid that leaves some of the {count:,} triangles out of core, "
+                f"got {target:,}: none does"
+            )
+        params = replace(params, target_reduction=None, target_count=None, cells=found.cells)
+    grid = Grid.over(*box, params.grid_cells)
+    work = Batches(device, grid, params, count)
+    done = 0
+    for positions in ahead(source.positions()):
+        work.mark(positions)
+        tell("cells", (done := done + len(positions)) / source.vertex_count)
+    work.rank()
+    if not work.private:
+        exponents, done = np.zeros(256), 0
+        for batch in ahead(source.batches(0, count, rows)):
+            exponents += work.exponents(*batch)
+            tell("sizes", (done := done + len(batch.triangles)) / count)
+        work.scale(exponents)
+    kept = done = 0
+    for map in range(work.shares):
+        for batch in ahead(source.batches(*work.share(map), rows)):
+            left = work.accumulate(*batch, map=map)
+            if params.holds_border:
+                work.look_for_borders(*batch)
+            spill.write(left.data)
+            kept += len(left)
+            tell("triangles", (done := done + len(batch.triangles)) / count)
+    if work.has_border:
+        raise ValueError("border: expected none of a mesh that has one out of core, got quadrics")
+    vertices, new_ranks = work.solve()
+    counters: dict[str, int | float] = {
+        "vertices": len(vertices),
+        "triangles": kept,
+        "vertices_in": source.vertex_count,
+        "triangles_in": count,
+        "cells": grid.cell_count,
+        **{f"cells_{axis}": n for axis, n in zip("xyz", grid.counts, strict=True)},
+        "cells_occupied": work.occupied,
+    }
+    if found is not None:
+        counters |= {**missed(found.target, kept), "counting_passes": found.counts}
+        counters["cells_along_longest"] = found.cells or 0.0
+    return Left(vertices, source.origin, new_ranks, kept, counters)
+
+
+class StreamSurvivors:
+    """Counting passes over a file, as `survivors.DeviceSurvivors` counts over a mesh in device memory."""
+
+    def __init__(
+        self,
+        device: Device,
+        source: MeshFile,
+        box: tuple[NDArray[np.float64], NDArray[np.float64]],
+        rows: int,
+        told: Callable[[float], None] = lambda share: None,
+    ) -> None:
+        """Nothing is read yet.
+
+        Args:
+            device: where it is counted.
+            source: the file.
+            box: of all its points.
+            rows: triangles of a batch.
+            told: called with a share of the passes done, of which nobody knows how many there will be.
+        """
+        self._device, self._source, self._box, self._rows, self._told = (
+            device, source, box, rows, told,
+        )  # fmt: skip
+        self._program = device.build(*SHARED)
+        self._samples: dict[int, Batch] = {}
+        self._passes = 0
+
+    def __call__(self, cells: float, stride: int = 1) -> int:
+        """Of every `stride`-th triangle those that the grid of `cells` leaves."""
+        grid, count = Grid.over(*self._box, cells).arguments, self._source.triangle_count
+        if stride > 1:
+            if stride not in self._samples:
+                self._samples[stride] = joined(
+                    list(self._source.batches(0, count, self._rows, stride))
+                )
+            return self._left(self._samples[stride], grid)
+        total = done = 0
+        for batch in ahead(self._source.batches(0, count, self._rows)):
+            total += self._left(batch, grid)
+            done += len(batch.triangles)
+            self._told(1 - 0.75 ** (self._passes + done / count))
+        self._passes += 1
+        return total
+
+    def _left(self, batch: Batch, grid: dict[str, Any]) -> int:
+        device, (positions, triangles) = self._device, batch
+        ids = device.allocate("cell_ids", len(positions), np.uint32)
+        self._launch(
+            "cluster_search_cells", len(positions), positions=device.upload("positions", positions),
+            cell_ids=ids, vertex_count=len(positions), **grid,
+        )  # fmt: skip
+        left = device.allocate("survivors", chunk_count(device, len(triangles)), np.uint32)
+        self._launch(
+            "cluster_search_survivors", len(triangles), cell_ids=ids, survivors=left, stride=1,
+            triangles=device.upload("triangles", triangles), sample_count=len(triangles),
+        )  # fmt: skip
+        return int(device.read(left).sum(dtype=np.int64))
+
+    def _launch(self, kernel: str, rows: int, **arguments: Any) -> None:
+        chunks = chunk_count(self._device, rows)
+        self._program.launch(
+            kernel, chunks, stage="search", local=chunk_local(self._device), chunk_count=chunks, **arguments,
+        )(Timeline())  # fmt: skip
+
+
+def joined(batches: list[Batch]) -> Batch:
+    """Batches as one."""
+    starts = np.cumsum([0, *(len(batch.positions) for batch in batches)])
+    triangles = [b.triangles + np.uint32(s) for b, s in zip(batches, starts, strict=False)]
+    return Batch(np.concatenate([b.positions for b in batches]), np.concatenate(triangles))
+
+
+class _Shares:
+    """Shares of passes as one share of the whole."""
+
+    def __init__(self, told: Told, passes: list[str]) -> None:
+        self._told = told
+        weights = [_WEIGHTS[name] for name in passes]
+        starts = np.cumsum([0.0, *weights]) / sum(weights)
+        self._span = {name: (starts[i], starts[i + 1]) for i, name in enumerate(passes)}
+
+    def __call__(self, name: str, share: float) -> None:
+        low, high = self._span[name]
+        self._told(name, float(low + (high - low) * min(share, 1.0)))

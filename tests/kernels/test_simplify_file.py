@@ -1,0 +1,258 @@
+import os
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from lodbench.datasets_gen import catalogue, read
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.triangles import displaced_icosphere, torus
+from lodbench.harness.baselines.simplify_file import peak_bytes
+from lodbench.harness.cli.app import main
+from lodbench.kernels import simplify_file
+from lodbench.kernels.simplify_file import MINIMUM, memory_bytes
+from tests.datasets_gen.test_batches import ply_of, scattered
+from tests.kernels.cluster.meshes import cube, flat_lattice, single_triangle, tetrahedron
+
+streaming = sys.modules[simplify_file.__module__]  # the function has its name
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Any mesh is larger than the memory, and a batch has a hundred triangles."""
+    monkeypatch.setattr(streaming, "fits", lambda source, allowed: False)
+    whole = streaming.verbs.streaming
+
+    def hundreds(method):
+        return lambda device, source, spill, rows, told, **options: whole(method)(
+            device, source, spill, 100, told, **options
+        )
+
+    monkeypatch.setattr(streaming.verbs, "streaming", hundreds)
+
+
+@pytest.fixture(scope="module")
+def limited():
+    return streaming.limited_device(MINIMUM)
+
+
+def both(device, limited, source, **options):
+    """The bytes of the file made in core and out of core."""
+    outs = source.with_name("in.ply"), source.with_name("out.ply")
+    options = {"border": "none"} | options
+    whole = simplify_file(source, outs[0], device=device, attributes=False, **options)
+    streamed = simplify_file(source, outs[1], memory=MINIMUM, device=limited, **options)
+    assert (whole.streamed, streamed.streamed) == (False, True)
+    assert streamed.triangles == whole.triangles and streamed.vertices == whole.vertices
+    known = {k: v for k, v in streamed.counters.items() if k != "vertices_in"}
+    if source.suffix != ".stl":
+        known["vertices_in"] = streamed.counters["vertices_in"]
+    assert known == {k: whole.counters[k] for k in known}
+    return outs[0].read_bytes(), outs[1].read_bytes()
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".stl"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"cells": 12},
+        {"cells": (5, 7, 3), "accumulate": "private", "chunks": 3, "placement": "paper"},
+        {"cells": 20.5, "accumulate": "fixed_point"},
+        {"cells": 1},
+        {"target_reduction": 0.8},
+        {"target_count": 300, "accumulate": "fixed_point", "placement": "average"},
+    ],
+    ids=str,
+)
+def test_out_of_core_has_the_bytes_of_in_core(device, limited, small, tmp_path, options, suffix):
+    read.write_mesh(tmp_path / f"a{suffix}", displaced_icosphere(8))
+    whole, streamed = both(device, limited, tmp_path / f"a{suffix}", **options)
+    assert whole == streamed
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".stl"])
+def test_closed_mesh_has_no_border_to_hold_and_an_open_one_is_refused(
+    device, limited, small, tmp_path, suffix
+):
+    source, mesh = tmp_path / f"a{suffix}", displaced_icosphere(8)
+    read.write_mesh(source, mesh)
+    whole, streamed = both(device, limited, source, cells=12, border="quadrics")
+    assert whole == streamed
+    read.write_mesh(source, replace(mesh, triangles=mesh.triangles[1:]))
+    with pytest.raises(ValueError, match="border: expected none"):
+        simplify_file(source, tmp_path / "b.ply", cells=12, memory=MINIMUM, device=limited)
+    assert not (tmp_path / "b.ply").exists()
+
+
+@pytest.mark.parametrize("order", ["little", "big"])
+@pytest.mark.parametrize("kind", ["float", "double"])
+def test_scattered_and_far_files_too(device, limited, small, tmp_path, kind, order):
+    mesh = scattered(torus(40, 24))
+    far = TriangleMesh(mesh.positions + np.array([4e5, 3.0, 0.0]), mesh.triangles)
+    (tmp_path / "a.ply").write_bytes(ply_of(far, order, kind, more=("flag", "red")))
+    whole, streamed = both(device, limited, tmp_path / "a.ply", cells=16)
+    assert whole == streamed
+    assert (b"double" in whole) == (kind == "double")
+
+
+NASTY = {
+    "one": single_triangle(), "tetrahedron": tetrahedron(), "flat": flat_lattice(9), "cube": cube(),
+    "point": TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]),
+    "twice": TriangleMesh(tetrahedron().positions, np.tile(tetrahedron().triangles, (40, 1))),
+    "tiny": TriangleMesh(tetrahedron().positions * np.float32(1e-30), tetrahedron().triangles),
+    "huge": TriangleMesh(tetrahedron().positions * np.float32(1e30), tetrahedron().triangles),
+    "unused": TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [9, 9, 9]], [[0, 1, 2]]),
+    "folded": TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 1], [0, 1, 2], [2, 2, 2]]),
+    "minus": TriangleMesh([[-0.0, 0, 0], [1, -0.0, 0], [0.0, 1, 0]], [[0, 1, 2]]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NASTY)
+@pytest.mark.parametrize("accumulate", ["private", "fixed_point"])
+def test_nasty_meshes_pass_through(device, limited, small, tmp_path, name, accumulate):
+    read.write_mesh(tmp_path / "a.ply", NASTY[name])
+    whole, streamed = both(device, limited, tmp_path / "a.ply", cells=7, accumulate=accumulate)
+    assert whole == streamed
+
+
+@settings(
+    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    st.integers(1, 60), st.integers(1, 400), st.integers(0, 99), st.integers(1, 4), st.floats(1, 30)
+)
+def test_any_soup_has_the_bytes_of_in_core(
+    device, limited, small, tmp_path, points, triangles, seed, chunks, cells
+):
+    random = np.random.default_rng(seed)
+    mesh = TriangleMesh(
+        random.normal(size=(points, 3)).astype(np.float32),
+        random.integers(0, points, (triangles, 3)),
+    )
+    read.write_mesh(tmp_path / "a.ply", mesh)
+    whole, streamed = both(
+        device, limited, tmp_path / "a.ply", cells=cells, chunks=chunks, accumulate="private"
+    )
+    assert whole == streamed
+
+
+def test_an_empty_file_and_no_triangles(device, small, tmp_path):
+    (tmp_path / "a.ply").write_bytes(ply_of(TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int))))
+    done = simplify_file(tmp_path / "a.ply", tmp_path / "b.ply", cells=4, memory="64M")
+    assert (done.vertices, done.triangles) == (0, 0)
+    assert read.read_mesh(tmp_path / "b.ply").triangle_count == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [("512M", 512 << 20), ("2G", 2 << 30), ("1.5GiB", 3 << 29), (1 << 30, 1 << 30), ("70000 kb", 70000 << 10)],
+)  # fmt: skip
+def test_memory_is_read_as_people_write_it(text, count):
+    assert memory_bytes(text) == count
+
+
+@pytest.mark.parametrize("text", ["", "lots", "-2G", "2X", "63M", 1024, "0", "1e9", "2GG"])
+def test_other_memory_is_refused(text):
+    with pytest.raises(ValueError, match="memory: expected") as error:
+        memory_bytes(text)
+    assert "\n" not in str(error.value)
+
+
+def test_options_that_need_the_whole_mesh_are_refused_out_of_core(small, limited, tmp_path):
+    read.write_mesh(tmp_path / "a.ply", torus(20, 10))
+
+    def attempt(out="b.ply", **options):
+        given = {"cells": 9} | options
+        simplify_file(tmp_path / "a.ply", tmp_path / out, memory="64M", device=limited, **given)
+
+    for problem, options in {
+        "remove_duplicates: expected False": {"remove_duplicates": True},
+        "method: expected quadric_clustering": {"method": "vertex_average"},
+        "expected a name that ends in .ply": {"out": "b.obj"},
+        "target_count: expected a grid": {"cells": None, "target_reduction": 0.0},
+        "memory: expected enough for the grid's cells, got 64M": {"cells": 700},
+        "option: expected": {"placment": "robust"},
+    }.items():
+        with pytest.raises((ValueError, TypeError), match=problem) as error:
+            attempt(**options)
+        assert "\n" not in str(error.value)
+    assert sorted(os.listdir(tmp_path)) == ["a.ply"]
+
+
+def test_a_mesh_that_fits_is_done_in_core(device, tmp_path):
+    read.write_mesh(tmp_path / "a.obj", torus(20, 10))
+    done = simplify_file(
+        tmp_path / "a.obj", tmp_path / "b.stl", cells=9, memory="64M", device=device
+    )
+    assert not done.streamed
+    assert streaming.fits(tmp_path / "a.obj", MINIMUM)
+    with pytest.raises(read.FileError, match="out of core: expected a whole binary file"):
+        streaming.fits(tmp_path / "a.obj", 1000)
+
+
+def test_a_full_disk_or_an_interrupt_leaves_what_was_there(small, limited, tmp_path, monkeypatch):
+    read.write_mesh(tmp_path / "a.ply", torus(20, 10))
+    (tmp_path / "b.ply").write_bytes(b"old")
+
+    def attempt(told=None):
+        simplify_file(
+            tmp_path / "a.ply", tmp_path / "b.ply", cells=9, memory="64M", device=limited, told=told
+        )
+
+    for at in ("box", "cells", "triangles", "write"):
+
+        def told(what, share, at=at):
+            if what == at:
+                raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            attempt(told)
+        assert sorted(os.listdir(tmp_path)) == ["a.ply", "b.ply"]
+        assert (tmp_path / "b.ply").read_bytes() == b"old"
+
+    class Full:
+        def __init__(self, *args, **kwargs):
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(streaming.tempfile, "TemporaryFile", Full)
+    with pytest.raises(read.FileError, match=r"b.ply: cannot be written: No space left"):
+        attempt()
+    assert (tmp_path / "b.ply").read_bytes() == b"old"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the peak is read from /proc")
+@pytest.mark.parametrize("make", [torus, lambda *sizes: scattered(torus(*sizes))], ids=["", "far"])
+def test_peak_memory_stays_below_the_limit(tmp_path, make):
+    source = tmp_path / "a.ply"
+    read.write_mesh(source, make(800, 500))
+    assert not streaming.fits(source, MINIMUM)
+    rise = peak_bytes(source, tmp_path / "b.ply", "64M", {"cells": 90})
+    assert 1 << 20 < rise < MINIMUM
+    assert read.read_mesh(tmp_path / "b.ply").triangle_count > 1000
+
+
+def test_the_command_streams_and_says_so(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(streaming, "fits", lambda source, allowed: False)
+    read.write_mesh(tmp_path / "a.ply", catalogue.load("torus_2k").surface)
+    words = [
+        "simplify",
+        str(tmp_path / "a.ply"),
+        str(tmp_path / "b.ply"),
+        "--cells",
+        "9",
+        "-s",
+        "attributes=false",
+    ]
+    assert main([*words, "--memory", "64M"]) == 0
+    said = capsys.readouterr()
+    assert "lacks what the input has: normals" in said.err and ": triangles" in said.err
+    streamed = (tmp_path / "b.ply").read_bytes()
+    assert main([*words, "-q"]) == 0
+    assert (tmp_path / "b.ply").read_bytes() == streamed
+    assert main([*words, "--memory", "1M"]) == 2
+    assert capsys.readouterr().err.splitlines()[-1].endswith("expected at least 64M, got '1M'")
+    assert main(["simplify", "-", str(tmp_path / "b.ply"), "-c", "9", "--memory", "64M"]) == 2
+    assert "IN: expected a file with --memory" in capsys.readouterr().err
