@@ -49,6 +49,7 @@ def simplify_mesh(
     target_reduction: float | None = None,
     target_count: int | None = None,
     cells: int | float | tuple[int, int, int] | None = None,
+    max_error: float | None = None,
     method: str | None = None,
     **options: Any,
 ) -> Result:
@@ -61,6 +62,7 @@ def simplify_mesh(
         target_count: triangles left at most; the result has at least 95 % of them, or `counters` says by how much it
             misses: `target_gap`, triangles short of `target`, negative where a method can leave no fewer but none.
         cells: cells along the longest box axis (cubic cells), or (nx, ny, nz); at most 2**27 in all.
+        max_error: as a share of the bounding-box diagonal, of a method that keeps to one.
         method: a system's name, of those with the verb simplify; None takes the preferred one for the surface.
         **options: the method's own, those of its Params, such as placement="average"; of a clustering also
             attributes=False, which leaves out the normals, uvs, colours and tags that come along otherwise, and
@@ -71,16 +73,20 @@ def simplify_mesh(
         its attributes it has a vertex for each side, at the same place to the bit.
 
     Raises:
-        TypeError, ValueError: an argument is wrong; not exactly one of target_reduction, target_count and cells.
+        TypeError, ValueError: an argument is wrong; not exactly one of the targets.
         Unsupported: the device cannot hold the mesh.
     """
     check("method", method, str | None)
     surface = mesh if isinstance(mesh, GeometryImage) else with_triangles(as_mesh(mesh))
     chosen = verbs.method("simplify", method, surface)
-    targets = {"target_reduction": target_reduction, "target_count": target_count, "cells": cells}
-    if given_target(targets) is None:
+    targets = {
+        "target_reduction": target_reduction, "target_count": target_count, "cells": cells,
+        "max_error": max_error,
+    }  # fmt: skip
+    given = given_target(targets)
+    if given is None:
         raise ValueError(f"{', '.join(targets)}: expected one of them, got none")
-    result = chosen(open_device(device), surface, **targets, **options)
+    result = chosen(open_device(device), surface, **{given: targets[given]}, **options)
     return _placed(result, surface)
 
 
@@ -91,6 +97,7 @@ def simplify(
     *,
     target_count: int | None = None,
     cells: int | float | tuple[int, int, int] | None = None,
+    max_error: float | None = None,
     method: str | None = None,
     device: Device | str | None = None,
     **options: Any,
@@ -116,6 +123,7 @@ def simplify(
         target_reduction=target_reduction,
         target_count=target_count,
         cells=cells,
+        max_error=max_error,
         method=method,
         **options,
     )

@@ -125,7 +125,7 @@ def simplify_file(
 
     source, out = Path(source), Path(out)
     targets = {"target_reduction": target_reduction, "target_count": target_count, "cells": cells}
-    if given_target(targets) is None:
+    if given_target(targets | options) is None:
         raise ValueError(f"{', '.join(targets)}: expected one of them, got none")
     read.check_writable(out)
     if memory is not None:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar
 
 from lodbench.kernels.parameters import Parameters, Range
 
-TARGETS = ("target_reduction", "target_count", "cells")
+TARGETS = ("target_reduction", "target_count", "cells", "max_error")
 """Fields of a simplifier's Params of which at most one may be given; a system has those that it can keep to."""
 
 CLOSE = 0.95

@@ -17,9 +17,12 @@ from lodbench.datasets_gen.surfaces import (
     NurbsModel,
     TriangleMesh,
 )
-from lodbench.datasets_gen.triangles import icosphere
+from lodbench.datasets_gen.triangles import icosphere, plane
 from lodbench.harness.measure.limits import measure, measure_compaction
 from lodbench.harness.plan.registry import systems
+from lodbench.kernels.cluster.grid import Grid
+from lodbench.kernels.cluster.quadric_clustering import Params as Clustering
+from lodbench.kernels.cluster.quadric_clustering.batches import Batches
 from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.opencl.launch import Launch
 from lodbench.kernels.opencl.timeline import Timeline
@@ -154,7 +157,19 @@ def run_system(device, name):
             failed.append(f"simplify: {made.mesh.triangle_count} triangles, 16 asked for")
         if hasattr(next(iter(system.cases.values())), "remove_duplicates"):
             simplify(device, icosphere(0), target_count=16, remove_duplicates=True)
+        if name == "quadric_clustering":
+            simplify(device, plane(3), target_count=10, border="keep")
+            run_batch(device, icosphere(0))
     return failed, skipped
+
+
+def run_batch(device, mesh):
+    """What a file is streamed through."""
+    batches = Batches(device, Grid.over(*mesh.box, 3), Clustering(3), mesh.triangle_count)
+    batches.mark(mesh.positions)
+    batches.rank()
+    batches.accumulate(mesh.positions, mesh.triangles)
+    batches.solve()
 
 
 def run_mapped(device, system):

@@ -19,8 +19,8 @@
 
 static inline uint8 borders_hash8(const uint8 low, const uint8 high)
 {
-    uint8 x = low * 0x9e3779b1u + ((high << 16) | (high >> 16)) * 0x85ebca6bu;
-    x = (x ^ (x >> 15)) * 0x2c1b3c6du;
+    uint8 x = low * 0x9e3779b1u;
+    x = ((x ^ (x >> 15)) + high) * 0x2c1b3c6du;
     x = (x ^ (x >> 12)) * 0x297a2d39u;
     return x ^ (x >> 15);
 }

@@ -14,6 +14,25 @@ GONE, SURVIVES, TURNED = range(3)
 """What becomes of an input triangle."""
 
 
+def fates(
+    mesh: TriangleMesh, simplified: TriangleMesh, vertex_map: NDArray[np.uint32]
+) -> NDArray[np.uint8]:
+    """What becomes of each input triangle, (m,), by the map to the output's vertices."""
+    rows = vertex_map[mesh.triangles].reshape(-1, 3)
+    a, b, c = rows.T
+    found = ((a != b) & (b != c) & (c != a) & (rows != NO_VERTEX).all(axis=1)).astype(np.uint8)
+    kept = np.flatnonzero(found)
+    before = _normals(mesh.positions, mesh.triangles[kept])
+    after = _normals(simplified.positions, rows[kept])
+    found[kept[(before * after).sum(axis=1) < 0]] = TURNED
+    return found
+
+
+def _normals(points: NDArray[np.floating], triangles: NDArray[np.integer]) -> NDArray[np.float64]:
+    a, b, c = (points[triangles[:, corner]].astype(np.float64) for corner in range(3))
+    return np.cross(b - a, c - a)
+
+
 def keys(triangles: NDArray[np.integer], vertex_count: int) -> NDArray[np.uint64]:
     """A number for each triangle, (m,), the same for those of the same three vertices, whichever way they face."""
     a, b, c = (np.ascontiguousarray(k) for k in triangles.T.astype(np.uint64))

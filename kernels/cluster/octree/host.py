@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster import turned
 from lodbench.kernels.cluster.octree.params import MAX_LEVELS, Params
 from lodbench.kernels.cluster.octree.search import find_limit
 from lodbench.kernels.cluster.octree.tree import Tree
@@ -227,6 +228,10 @@ class Octree(Tree):
                 chunk_sums=self.chunk_sums, node_count=self.capacity,
             )
         )  # fmt: skip
+
+    def fates(self) -> NDArray[np.uint8]:
+        """See `Clustering.fates`; the cut decides, and not the finest cells."""
+        return turned.fates(self._mesh, self.result()[0], self.vertex_map())
 
     def vertex_map(self) -> NDArray[np.uint32]:
         """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where its node has none."""

@@ -35,19 +35,6 @@ class Params(Target):
     whole: bool = True
     chunks: Annotated[int, Range(1, 4)] = 2
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        given = [
-            name
-            for name in ("max_error", "target_reduction", "target_count")
-            if getattr(self, name) is not None
-        ]
-        if len(given) > 1:
-            raise ValueError(
-                "max_error, target_reduction, target_count: expected one of them, got "
-                + " and ".join(given)
-            )
-
     @property
     def targeted(self) -> bool:
         """A number of triangles is asked for, not an error."""

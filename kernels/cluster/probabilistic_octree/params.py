@@ -37,17 +37,6 @@ class Params(Target):
     rule: Literal["rms", "total"] = "rms"
     seed: Annotated[int, Range(0, 2**31 - 1)] = 0
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        given = [
-            n
-            for n in ("max_error", "target_reduction", "target_count")
-            if getattr(self, n) is not None
-        ]
-        if len(given) > 1:
-            names = "max_error, target_reduction, target_count"
-            raise ValueError(f"{names}: expected one of them, got {' and '.join(given)}")
-
     @property
     def error(self) -> float:
         """The largest error where no number of triangles is asked for, share of the diagonal."""

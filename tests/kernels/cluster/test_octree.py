@@ -243,7 +243,7 @@ def test_octree_counts_its_levels(device):
 @pytest.mark.parametrize(
     ("params", "text"),
     [
-        ({"max_error": 0.1, "target_count": 5}, "max_error, target_reduction, target_count: expected one"),
+        ({"max_error": 0.1, "target_count": 5}, "target_reduction, target_count, max_error: expected one"),
         ({"max_error": -1}, "max_error: expected at least 0, got -1"),
         ({"levels": 10}, "levels: expected 1 to 9, got 10"),
         ({"rule": "other"}, "rule: expected one of total, rms, maximum"),

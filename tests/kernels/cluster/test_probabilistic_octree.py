@@ -212,7 +212,7 @@ def test_probabilistic_octree_at_any_scale_is_finite_and_right(device, scale, of
 @pytest.mark.parametrize(
     ("params", "text"),
     [
-        ({"max_error": 0.1, "target_count": 5}, "max_error, target_reduction, target_count: expected one"),
+        ({"max_error": 0.1, "target_count": 5}, "target_reduction, target_count, max_error: expected one"),
         ({"storage": 0}, "storage: expected above 0 to 1000, got 0"),
         ({"levels": 9}, "levels: expected 1 to 8, got 9"),
         ({"search": "other"}, "search: expected one of linear, binary"),

@@ -7,6 +7,8 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import displaced_icosphere, terrain, torus
 from lodbench.kernels import simplify_mesh
 from lodbench.kernels.cluster import turned
+from lodbench.kernels.cluster.quadric_clustering import Params, prepare
+from lodbench.kernels.system import run
 from tests.kernels.cluster.meshes import wavy_sheet
 
 METHODS = ("quadric_clustering", "vertex_average")
@@ -100,3 +102,11 @@ def test_first_of_each_is_what_a_set_keeps(seed, count, vertex_count):
         seen.add(key)
     assert turned.first_of_each(triangles, vertex_count).tolist() == expected
     assert turned.duplicates(triangles, vertex_count) == count - len(expected)
+
+
+def test_fates_by_the_map_are_those_of_the_kernel(device):
+    for mesh in (torus(24, 18), displaced_icosphere(9)):
+        prepared = prepare(device, mesh, Params(5))
+        run(device, prepared)
+        made = turned.fates(mesh, prepared.result()[0], prepared.vertex_map())
+        assert np.array_equal(made, prepared.fates())
