@@ -116,6 +116,8 @@ def warp_of(params: GridTarget, mesh: TriangleMesh, device: Device | None = None
     """
     if not isinstance(params, WarpedTarget) or not mesh.vertex_count:
         return None
+    if not any(getattr(params, name) for name in WARPS):
+        return None  # before the box, which takes longer than a frame
     origin = np.zeros(3) if mesh.origin is None else mesh.origin
     low, high = box = mesh.box[0].astype(np.float64), mesh.box[1].astype(np.float64)
     if params.regions:
@@ -133,10 +135,8 @@ def warp_of(params: GridTarget, mesh: TriangleMesh, device: Device | None = None
         matrix = np.array(params.view)
         matrix[:, 3] += matrix[:, :3] @ origin
         return ViewWarp(box, mesh.positions, matrix, params.view_depth)
-    if params.warp:
-        assert device is not None
-        return TableWarp(box, function_table(device, params.warp))
-    return None
+    assert params.warp is not None and device is not None
+    return TableWarp(box, function_table(device, params.warp))
 
 
 def function_table(device: Device, text: str) -> Any:
