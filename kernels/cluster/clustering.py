@@ -142,7 +142,7 @@ class Clustering(DeviceSubject):
             )  # fmt: skip
 
     def steps(self, frame: Frame) -> Sequence[Step]:
-        """All that was added; the first frame goes on from where the set-up has found the cells."""
+        """All that was added; the first frame goes on from where the set-up came to."""
         return self._steps[self._found :] if self.frame is None else self._steps
 
     def _unwarp(self, upload: Upload, warp: Warp, stage: str) -> None:
@@ -158,9 +158,10 @@ class Clustering(DeviceSubject):
         self.add(launch, bytes=2 * POINT * self._vertices + 2 * self.points.size_bytes)
 
     def place(self) -> None:
-        """Fill `points` outside of a frame, for what is to be known of them before the first."""
+        """Fill `points` outside of a frame, for what is to be known of them before the first, which goes on from there."""
         for step in self._steps:
             step.enqueue(Timeline())
+        self._found = len(self._steps)
 
     def compact(self, stage: str) -> None:
         """The used cells' representatives become the output's vertices, in the order of their cells."""
@@ -270,11 +271,11 @@ class Clustering(DeviceSubject):
             self.warm_up()
             warm.add(key)
 
-    def live(self) -> tuple[int, int]:
+    def live_rows(self) -> list[tuple[int, int]]:
         """Output vertices, as many as occupied cells at most, and triangles of the last frame."""
-        new = self._rows is None
-        found = super().live()
-        if new and (occupied := int(self.device.read(self.state)[0])) > self.capacity:
+        unread = self._rows is None
+        found = super().live_rows()
+        if unread and (occupied := int(self.device.read(self.state)[0])) > self.capacity:
             raise DeviceError(
                 f"cells: expected {self.capacity} occupied as in set-up, got {occupied}"
             )

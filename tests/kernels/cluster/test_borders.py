@@ -116,6 +116,7 @@ def test_kept_border_vertices_are_where_they_were_and_come_last(device, way, tar
     prepared = prepare(device, mesh, Params(border="keep", **target, **WAYS[way]))
     run(device, prepared)
     (result,) = prepared.result()
+    assert prepared.counters()["triangles"] == result.triangle_count
     kept = border_vertices(Upload(device, mesh).border_edges)
     rows = prepared.vertex_map()[kept]
     own = rows[rows != 0xFFFFFFFF]
