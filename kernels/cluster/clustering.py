@@ -158,7 +158,7 @@ class Clustering(DeviceSubject):
         self.add(launch, bytes=2 * POINT * self._vertices + 2 * self.points.size_bytes)
 
     def place(self) -> None:
-        """Fill `points` outside of a frame, for what is to be known of them before the first, which goes on from there."""
+        """Fill `points` before the first frame, for what is to be known of them; that frame goes on from there."""
         for step in self._steps:
             step.enqueue(Timeline())
         self._found = len(self._steps)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lodbench.kernels.cluster.clustering import Clustering
+from lodbench.kernels.cluster.octree.nodes import Nodes
 from lodbench.kernels.cluster.octree.params import MAX_LEVELS, Params
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.opencl import Timeline
@@ -14,7 +14,7 @@ from lodbench.kernels.subject import POINT
 LEVELS = MAX_LEVELS + 1  # with the root's
 
 
-class Tree(Clustering):
+class Tree(Nodes):
     """A clustering whose cells are the nodes of an octree; what is left to a system are their sums and the cut.
 
     Attributes:

@@ -8,12 +8,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.cluster import turned
-from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.cluster.octree.host import guessed_levels
+from lodbench.kernels.cluster.octree.nodes import Nodes
 from lodbench.kernels.cluster.octree.search import find_limit
 from lodbench.kernels.cluster.probabilistic_octree import reference
 from lodbench.kernels.cluster.probabilistic_octree.params import MAX_LEVELS, Params
@@ -61,7 +59,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Probabilistic
     return ProbabilisticOctree(upload, params, asked)
 
 
-class ProbabilisticOctree(Clustering):
+class ProbabilisticOctree(Nodes):
     """See `lodbench.kernels.cluster.probabilistic_octree`.
 
     ```
@@ -194,40 +192,7 @@ class ProbabilisticOctree(Clustering):
         """The slots that vertices go to, and which of them a surviving triangle uses."""
         self._cutting.set(limit=self.limit)
         self.add(self._cutting, bytes=2 * WORD * self._vertices)
-        count = self._triangles
-        used = self.allocate("used", self.capacity, np.uint8)
-        pieces = self.allocate("pieces", (count, 3), np.uint32)
-        self._walked = {
-            "kernel": "octree_cut_join", "pieces": pieces, "piece_counts": self._piece_counts,
-        }  # fmt: skip
-        self.fill("pass_3", used, 0)
-        self.add(
-            self.launch(
-                "octree_cut_triangles", count, "pass_3", nodes=self.vertex_nodes,
-                triangles=self._upload.triangles, pieces=pieces, piece_counts=self._piece_counts,
-                used=used, triangle_count=count,
-            ),
-            bytes=POINT * count + WORD * self._vertices,
-        )  # fmt: skip
-        self.add(
-            self.launch(
-                "octree_cut_used", self.capacity, "pass_3", used=used, solved=self.solved,
-                chunk_sums=self.chunk_sums, node_count=self.capacity,
-            )
-        )  # fmt: skip
-
-    def fates(self) -> NDArray[np.uint8]:
-        """See `Clustering.fates`; the cut decides, and not the finest cells."""
-        return turned.fates(self._mesh, self.result()[0], self.vertex_map())
-
-    def vertex_map(self) -> NDArray[np.uint32]:
-        """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where its node has none."""
-        result = self.device.allocate("vertex_map", self._vertices, np.uint32)
-        self.launch(
-            "octree_cut_map", self._vertices, "vertex_map", nodes=self.vertex_nodes,
-            new_ranks=self.new_ranks, vertex_map=result, vertex_count=self._vertices,
-        )(Timeline())  # fmt: skip
-        return self.device.read(result)
+        self._add_triangles("pass_3")
 
     def read_table(self) -> dict[str, Any]:
         """Of the last frame: keys and errors of all slots, and the slot of each vertex."""
