@@ -89,11 +89,16 @@ def cache_folders() -> dict[str, Path]:
 
 def cut_short(folder: Path) -> list[Path]:
     """Compiled kernels whose file ends before its table of sections does; to run one is a bus error."""
-    return [file for file in sorted(folder.rglob("*.so")) if not _whole(file)]
+    # os.walk goes on where another process has removed a folder meanwhile; Path.rglob raises
+    files = [Path(base, name) for base, _, names in os.walk(folder) for name in names]
+    return [file for file in sorted(files) if file.suffix == ".so" and not _whole(file)]
 
 
 def _whole(file: Path) -> bool:
-    data = file.read_bytes()
+    try:
+        data = file.read_bytes()
+    except OSError:
+        return True  # another process's build has renamed or removed it since the folder was listed
     if len(data) < 64:
         return False
     if data[:5] != b"\x7fELF\x02":
