@@ -45,6 +45,7 @@ def _words(kind: Any) -> str:
     """The annotation as people say it."""
     simple = {
         int: "a whole number", float: "a number", bool: "True or False", str: "text", type(None): "None",
+        tuple: "rows of numbers",
     }  # fmt: skip
     if kind in simple:
         return simple[kind]
