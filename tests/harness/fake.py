@@ -23,7 +23,10 @@ TETRAHEDRON = TriangleMesh(
 )
 DATASETS = ("one", "two", "three")
 _RATE = {"subject": "kernel", "unit": "B/s", "best": 1.0, "median": 1.0, "samples": [1.0]}
-LIMITS = SimpleNamespace(device="d", size_bytes=1, fill=_RATE, copy=_RATE, multiply_add=_RATE)
+LIMITS = SimpleNamespace(
+    device="d", size_bytes=1, fill=_RATE, copy=_RATE, multiply_add=_RATE, launch_wall=_RATE,
+    launch_event=_RATE,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from lodbench.harness.report.charts import bars, curves
+from lodbench.harness.report.charts import bars, curves, stages
 from lodbench.harness.report.charts.chart_data import Chart, ChartData, styles
 
 __all__ = ["CHARTS", "Chart", "ChartData", "styles"]
@@ -17,7 +17,7 @@ CHARTS: dict[str, tuple[str, Callable[[ChartData], Chart | None]]] = {
     "fps": ("Frames per second", bars.frames_per_second),
     "stage-fps": ("Frames per second without drawing", bars.stages_per_second),
     "footprint": ("Footprint", bars.footprint),
-    "stages": ("Stages", bars.stages),
+    "stages": ("Stages", stages.stages),
     "path": ("Along the camera path", curves.along_path),
     "samples": ("Samples", bars.samples),
 }

@@ -11,16 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import EngFormatter, NullFormatter
 
-from lodbench.harness.measure.limits import Limits
 from lodbench.harness.measure.timing import SAMPLES
 from lodbench.harness.record.record import GroupRecord, SubjectRecord
 from lodbench.harness.report.amounts import amount
 from lodbench.harness.report.charts.chart_data import (
     FAINT,
     INK,
-    ON_COLOUR,
     PAGE,
-    PALETTE,
     WARNING,
     WIDTH,
     Chart,
@@ -28,11 +25,9 @@ from lodbench.harness.report.charts.chart_data import (
     by,
     case,
     hidden,
-    legend,
     varying,
 )
 from lodbench.harness.report.statistics import noise
-from lodbench.kernels.system import Traffic
 
 LINES = 48  # what fits on a page
 
@@ -87,7 +82,7 @@ class _Lines:
             axes.vlines(ticks, top, bottom, color=FAINT, lw=0.6, zorder=0)
 
 
-def _lines(cases: Mapping[str, Sequence[Any]]) -> _Lines:
+def lines_of(cases: Mapping[str, Sequence[Any]]) -> _Lines:
     """The last cases, usually the largest, that fit on a page."""
     kept: list[str] = []
     count = 0
@@ -102,7 +97,7 @@ def _lines(cases: Mapping[str, Sequence[Any]]) -> _Lines:
 def _bars(chart_data: ChartData, key: str, label: str, caption: str) -> Chart:
     rows = chart_data.rows(key)
     keys = varying(rows, chart_data.facts)
-    lines = _lines(by(rows, lambda row: case(row, keys)))
+    lines = lines_of(by(rows, lambda row: case(row, keys)))
     drawn = lines.drawn
     canvas, axes = lines.axes([row["system"] for row in drawn])
     unit = chart_data.unit(key)
@@ -175,7 +170,7 @@ def footprint(chart_data: ChartData) -> Chart | None:
     )
 
 
-def _subjects(chart_data: ChartData) -> dict[str, list[tuple[GroupRecord, SubjectRecord]]]:
+def subjects_of(chart_data: ChartData) -> dict[str, list[tuple[GroupRecord, SubjectRecord]]]:
     """Every subject with samples, by case."""
     facts = [{**group.facts, "dataset": group.dataset} for group in chart_data.groups]
     every = chart_data.facts or list(dict.fromkeys(key for fact in facts for key in fact))
@@ -188,74 +183,9 @@ def _subjects(chart_data: ChartData) -> dict[str, list[tuple[GroupRecord, Subjec
     return found
 
 
-def stages(chart_data: ChartData) -> Chart | None:
-    """Where a frame's device time goes: the share of each stage, with the sum beside it."""
-    cases = {
-        name: several
-        for name, part in _subjects(chart_data).items()
-        if (several := [subject for _, subject in part if len(subject.stages) > 1])
-    }
-    if not cases:
-        return None
-    lines = _lines(cases)
-    drawn: list[SubjectRecord] = lines.drawn
-    canvas, axes = lines.axes([subject.label for subject in drawn])
-    names = list(dict.fromkeys(stage for subject in drawn for stage in subject.stages))
-    medians = np.array(
-        [[np.median(s.stage_s(n)) if n in s.stages else 0.0 for n in names] for s in drawn]
-    )
-    sums = medians.sum(axis=1, keepdims=True)
-    shares = 100 * np.divide(medians, sums, out=np.zeros_like(medians), where=sums > 0)
-    ends = np.cumsum(shares, axis=1)
-    for i, name in enumerate(names):
-        axes.barh(
-            lines.heights, shares[:, i], left=ends[:, i] - shares[:, i], height=0.72, label=name,
-            lw=0.6, edgecolor=PAGE, color=PALETTE[i % len(PALETTE)],
-            hatch=("", "....")[i // len(PALETTE) % 2],
-        )  # fmt: skip
-        for at, end, share in zip(lines.heights, ends[:, i], shares[:, i], strict=True):
-            if share > max(7, 1.35 * len(name)):
-                axes.text(
-                    end - share / 2, at, name, color=ON_COLOUR, ha="center", va="center_baseline",
-                    size=7,
-                )  # fmt: skip
-    least = 100 * _least_shares(chart_data.limits, drawn, names, sums)
-    starts = ends - shares
-    at, stage = np.nonzero(least > 0)
-    heights = np.array(lines.heights)[at] + 0.25
-    left = starts[at, stage]
-    axes.hlines(heights, left, np.minimum(left + least[at, stage], 101), color=INK, lw=1.6)
-    for at, subject in zip(lines.heights, drawn, strict=True):
-        total = amount(float(np.median(subject.stage_s())), "s")
-        axes.annotate(total, (101, at), va="center", annotation_clip=False)
-    axes.set_xlim(0, 100)
-    lines.grid(axes)
-    axes.set_xlabel("share of the frame's stage time, %")
-    legend(canvas, [axes])
-    caption = "Time by stage, medians; their sum stands to the right."
-    if least.any():
-        caption += (
-            " The line in a stage is the least that the bytes it must move, or the operations it must do, take at "
-            "the rates measured in the same run."
-        )
-    return Chart(canvas, caption + lines.more)
-
-
-def _least_shares(
-    limits: Limits | None, drawn: Sequence[SubjectRecord], names: Sequence[str], sums: Any
-) -> Any:
-    """Least time of each stage over the whole's, (subjects, stages); 0 where it is not known."""
-    least = np.zeros((len(drawn), len(names)))
-    for row, subject in enumerate(drawn):
-        for stage, traffic in subject.traffic.items():
-            if limits is not None and stage in subject.stages:
-                least[row, names.index(stage)] = limits.least_s(Traffic(**traffic))
-    return np.divide(least, sums, out=np.zeros_like(least), where=sums > 0)
-
-
 def samples(chart_data: ChartData) -> Chart | None:
     """Every sample as a dot, relative to its subject's median; noisy subjects are marked."""
-    lines = _lines(_subjects(chart_data))
+    lines = lines_of(subjects_of(chart_data))
     drawn: list[tuple[GroupRecord, SubjectRecord]] = lines.drawn
     if not drawn:
         return None

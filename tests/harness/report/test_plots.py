@@ -7,7 +7,7 @@ from PIL import Image
 
 from lodbench.harness.measure.limits import Limits
 from lodbench.harness.record.record import read_run
-from lodbench.harness.report.charts import CHARTS, ChartData, bars, curves, styles
+from lodbench.harness.report.charts import CHARTS, ChartData, bars, curves, stages, styles
 from lodbench.harness.report.charts.chart_data import case, varying
 from lodbench.harness.report.plots import documents, write_figures
 from tests.harness.made_run import edit_table, make_run
@@ -109,7 +109,7 @@ def test_footprint_is_left_out_where_all_store_alike(run_folder):
 
 
 def test_stage_shares_add_up_to_the_whole(run_folder):
-    chart = bars.stages(chart_data(run_folder, "clustering"))
+    chart = stages.stages(chart_data(run_folder, "clustering"))
     assert chart is not None
     widths = [patch.get_width() for patch in chart.canvas.axes[0].patches]
     assert sum(widths) == pytest.approx(100 * 4)  # four bars
@@ -123,7 +123,7 @@ def test_stages_have_the_least_that_they_could_take(run_folder):
     seconds = float(np.median(subject.stage_s(stage)))
     subject.traffic = {stage: {"bytes": round(0.25 * seconds * 2.6e10), "flops": 0}}
     made = next(made for made in documents(run_folder) if made["id"] == "clustering")
-    chart = bars.stages(ChartData(made, [group], {}, Limits.of_record(run.limits)))
+    chart = stages.stages(ChartData(made, [group], {}, Limits.of_record(run.limits)))
     assert chart is not None
     (lines,) = chart.canvas.axes[0].collections[:1]
     ((begin, _), (end, _)), *_ = lines.get_segments()
@@ -141,10 +141,10 @@ def test_noisy_subjects_are_marked_in_the_sample_strip(run_folder):
 
 def test_too_many_cases_are_counted_in_the_caption(run_folder):
     m = chart_data(run_folder, "clustering")
-    lines = bars._lines({str(i): list(range(30)) for i in range(4)})
+    lines = bars.lines_of({str(i): list(range(30)) for i in range(4)})
     assert list(lines.cases) == ["3"]
     assert lines.more == " 1 of 4 cases are drawn; all are in the table."
-    assert bars._lines(bars._subjects(m)).more == ""
+    assert bars.lines_of(bars.subjects_of(m)).more == ""
 
 
 def test_error_curves_need_several_counts_of_one_dataset(run_folder):
