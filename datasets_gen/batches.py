@@ -30,10 +30,15 @@ T = TypeVar("T")
 
 
 class Batch(NamedTuple):
-    """`positions` (k, 3) float32 from the file's origin; `triangles` (m, 3) uint32, rows of them."""
+    """`positions` (k, 3) float32 from the file's origin; `triangles` (m, 3) uint32, rows of them.
+
+    `vertices` are the rows of the file that the positions stand in where triangles share them: (k,), or the first of
+    k in a row.
+    """
 
     positions: NDArray[np.float32]
     triangles: NDArray[np.uint32]
+    vertices: NDArray[np.integer] | int = 0
 
 
 class _Rows:
@@ -202,14 +207,26 @@ class MeshFile:
         """
         for first, last in pieces(stop - start, rows):
             first, last = start + first, start + last
-            skipped = -first % stride
-            if not self.shared:
-                found = self._faces.read(first, last)["corners"][skipped::stride]
-                positions = self._local(found.reshape(-1, 3).astype(np.float64))
-                numbers = np.arange(len(positions), dtype=np.uint32)
-                yield Batch(positions, numbers.reshape(-1, 3))
-            else:
-                yield self._gathered(self._corners(first, last)[skipped::stride])
+            yield self.batch(first, last, slice(-first % stride, None, stride))
+
+    def batch(self, start: int, stop: int, which: slice | NDArray[np.bool_]) -> Batch:
+        """Those of the triangles start .. stop - 1 that `which` says; errors are those of `batches`."""
+        if self.shared:
+            return self._gathered(self._corners(start, stop)[which])
+        found = self._faces.read(start, stop)["corners"][which]
+        positions = self._local(found.reshape(-1, 3).astype(np.float64))
+        numbers = np.arange(len(positions), dtype=np.uint32)
+        return Batch(positions, numbers.reshape(-1, 3))
+
+    def corners(self, start: int, stop: int) -> NDArray[np.uint32]:
+        """The vertices of triangles start .. stop - 1 by their rows, (stop - start, 3); as `batches` otherwise."""
+        if self.shared:
+            return self._corners(start, stop).astype(np.uint32)
+        return np.arange(3 * start, 3 * stop, dtype=np.uint32).reshape(-1, 3)
+
+    def at(self, rows: NDArray[np.integer]) -> NDArray[np.float32]:
+        """The points of these vertices, (k, 3), wherever they stand: of a format with shared ones."""
+        return self._local(self._scattered(rows))
 
     def _corners(self, start: int, stop: int) -> NDArray[np.integer]:
         """Rows of vertices of the triangles, (stop - start, 3), checked."""
@@ -232,9 +249,9 @@ class MeshFile:
         low, high = int(corners.min()), int(corners.max()) + 1
         if high - low <= corners.size:
             triangles = (corners - np.asarray(low, corners.dtype)).astype(np.uint32)
-            return Batch(self._local(self._given(low, high)), triangles)
+            return Batch(self._local(self._given(low, high)), triangles, low)
         numbers = np.arange(corners.size, dtype=np.uint32).reshape(-1, 3)
-        return Batch(self._local(self._scattered(corners.ravel())), numbers)
+        return Batch(self.at(corners.ravel()), numbers, corners.ravel())
 
     def _scattered(self, rows: NDArray[np.integer]) -> NDArray[np.floating]:
         """Points of rows in any order, (k, 3), with at most a window of the file resident."""

@@ -25,18 +25,27 @@ def used_once(edges: Indices, positions: Floats) -> Indices:
     Returns:
         (borders, 3) uint32 in the same order.
     """
-    alone = edges[_single(edges[:, :2])]
+    alone = edges[single(edges[:, :2])]
     vertices, ends = np.unique(alone[:, :2], return_inverse=True)
-    _, places = np.unique(positions[vertices] + 0.0, axis=0, return_inverse=True)  # -0 is 0
-    return alone[_single(places.reshape(-1)[ends].reshape(-1, 2))]
+    return alone[single(places(positions[vertices])[ends].reshape(-1, 2))]
 
 
-def _single(pairs: NDArray[np.integer]) -> NDArray[np.bool_]:
+def places(positions: Floats) -> NDArray[np.intp]:
+    """A number for each of (k, 3) positions, the same for those that are equal."""
+    _, found = np.unique(positions + 0.0, axis=0, return_inverse=True)  # -0 is 0
+    return found.reshape(-1)
+
+
+def single(pairs: NDArray[np.integer]) -> NDArray[np.bool_]:
     """Which (from, to) are those of one row alone, whichever way, and of two different ends?"""
+    _, which, uses = np.unique(unordered(pairs), return_inverse=True, return_counts=True)
+    return (uses[which] == 1) & (pairs[:, 0] != pairs[:, 1])
+
+
+def unordered(pairs: NDArray[np.integer]) -> NDArray[np.uint64]:
+    """A number for each (from, to), the same for both ways."""
     low, high = pairs.min(axis=1), pairs.max(axis=1)
-    keys = low.astype(np.uint64) << np.uint64(32) | high.astype(np.uint64)
-    _, which, uses = np.unique(keys, return_inverse=True, return_counts=True)
-    return (uses[which] == 1) & (low != high)
+    return low.astype(np.uint64) << np.uint64(32) | high.astype(np.uint64)
 
 
 def edges_of(triangles: Indices) -> Indices:
@@ -55,6 +64,12 @@ def border_edges(device: Device, program: Program, triangles: Buffer, positions:
         triangles: uint32, (m, 3).
         positions: of the mesh, (n, 3), on the host.
     """
+    found = candidates(device, program, triangles, len(positions))
+    return used_once(found, positions) if len(found) else NO_EDGES
+
+
+def candidates(device: Device, program: Program, triangles: Buffer, vertex_count: int) -> Indices:
+    """Edges of a mesh on the device that hold every use of each border edge, as `border_edges` has them; few."""
     count = triangles.shape[0]
     chunks, local = chunk_count(device, max(count, 1)), chunk_local(device)
     shared = {"triangles": triangles, "triangle_count": count, "chunk_count": chunks}
@@ -68,7 +83,7 @@ def border_edges(device: Device, program: Program, triangles: Buffer, positions:
     launch("sum", sums=sums)
     if not device.read(sums).sum(axis=0, dtype=np.uint32).any():
         return NO_EDGES
-    marks = device.allocate("marks", len(positions), np.int32)
+    marks = device.allocate("marks", vertex_count, np.int32)
     device.fill(Timeline(), "borders", marks, 0)
     launch("mark", marks=marks)
     chunk_sums = device.allocate("chunk_sums", chunks, np.uint32)
@@ -76,7 +91,7 @@ def border_edges(device: Device, program: Program, triangles: Buffer, positions:
     rows = int(device.read(chunk_sums).sum(dtype=np.int64))
     edges = device.allocate("edges", (rows, 3), np.uint32)
     launch("write", marks=marks, chunk_sums=chunk_sums, edges=edges)
-    return used_once(device.read(edges), positions)
+    return device.read(edges)
 
 
 def border_vertices(edges: Indices) -> NDArray[np.uint32]:

@@ -1,6 +1,5 @@
 import os
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +8,7 @@ from hypothesis import strategies as st
 
 from lodbench.datasets_gen import catalogue, read
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.datasets_gen.triangles import displaced_icosphere, torus
+from lodbench.datasets_gen.triangles import displaced_icosphere, terrain, torus
 from lodbench.harness.baselines.simplify_file import peak_bytes
 from lodbench.harness.cli.app import main
 from lodbench.kernels import simplify_file
@@ -42,7 +41,6 @@ def limited():
 def both(device, limited, source, **options):
     """The bytes of the file made in core and out of core."""
     outs = source.with_name("in.ply"), source.with_name("out.ply")
-    options = {"border": "none"} | options
     whole = simplify_file(source, outs[0], device=device, attributes=False, **options)
     streamed = simplify_file(source, outs[1], memory=MINIMUM, device=limited, **options)
     assert (whole.streamed, streamed.streamed) == (False, True)
@@ -73,18 +71,32 @@ def test_out_of_core_has_the_bytes_of_in_core(device, limited, small, tmp_path, 
     assert whole == streamed
 
 
+WAYS = {
+    "private": {"accumulate": "private", "chunks": 3},
+    "fixed_point": {"accumulate": "fixed_point"},
+    "target": {"cells": None, "target_reduction": 0.9},
+    "none": {"border": "none"},
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("suffix", [".ply", ".stl"])
-def test_closed_mesh_has_no_border_to_hold_and_an_open_one_is_refused(
-    device, limited, small, tmp_path, suffix
+def test_border_edges_hold_their_cells_out_of_core_too(
+    device, limited, small, tmp_path, suffix, way
 ):
-    source, mesh = tmp_path / f"a{suffix}", displaced_icosphere(8)
-    read.write_mesh(source, mesh)
-    whole, streamed = both(device, limited, source, cells=12, border="quadrics")
+    read.write_mesh(tmp_path / f"a{suffix}", terrain(24))
+    options = {"cells": 6} | WAYS[way]
+    whole, streamed = both(device, limited, tmp_path / f"a{suffix}", **options)
     assert whole == streamed
-    read.write_mesh(source, replace(mesh, triangles=mesh.triangles[1:]))
-    with pytest.raises(ValueError, match="border: expected none"):
-        simplify_file(source, tmp_path / "b.ply", cells=12, memory=MINIMUM, device=limited)
-    assert not (tmp_path / "b.ply").exists()
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("spread", [lambda mesh: mesh, scattered], ids=["", "scattered"])
+def test_kept_border_vertices_stay_out_of_core_too(device, limited, small, tmp_path, way, spread):
+    read.write_mesh(tmp_path / "a.ply", spread(terrain(24)))
+    options = {"cells": 6, **WAYS[way], "border": "keep"}
+    whole, streamed = both(device, limited, tmp_path / "a.ply", **options)
+    assert whole == streamed
 
 
 @pytest.mark.parametrize("order", ["little", "big"])
