@@ -98,11 +98,12 @@ def simplify_file(
 
     Where the mesh would not fit into `memory`, its triangles are streamed in batches through the same passes; the
     output is then the one that is made in core, byte for byte. Out of core go binary PLY (triangles alone, x y z as
-    float or double, further properties skipped) and binary STL, to PLY, by method quadric_clustering without
-    remove_duplicates. Points of STL need not be merged for that: a cell's sums are over corners.
+    float or double, further properties skipped) and binary STL, to PLY, by the methods quadric_clustering and
+    vertex_average without remove_duplicates and warps. Points of STL need not be merged for the former: a cell's sums
+    are over corners. The latter, and border="keep", take PLY alone. Attributes stay behind.
 
     The output takes its name when it is whole, whatever happens before that; the temporary file beside it, of 12 bytes
-    a triangle left, has no name. Out of core attributes stay behind, and a mesh with a border needs border="none".
+    a triangle left, has no name.
 
     Args:
         source: the mesh file.

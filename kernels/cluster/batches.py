@@ -38,6 +38,7 @@ class CellBatches:
     """
 
     FILES: Sequence[str] = ()
+    SHARED_ONLY = False  # must triangles share vertices, since each vertex counts once?
 
     def __init__(
         self,

@@ -25,6 +25,7 @@ from lodbench.kernels.stages.scan import chunk_count, chunk_local
 FILE = "cluster/borders_batch.cl"
 _AT_ONCE = 2  # edges collected at a time, by triangles of a batch
 _MOST_PARTS = 1 << 16
+_LEAST_SLOTS = 1 << 10
 _TABLE_SHARE = 8  # of the device's memory: one part of so many for the hashes
 
 
@@ -36,7 +37,7 @@ class _Edges(NamedTuple):
     positions: NDArray[np.float32]
 
     def those(self, which: NDArray[Any]) -> _Edges:
-        return _Edges(*(values[which] for values in self))
+        return _Edges(self.numbers[which], self.ends[which], self.positions[which])
 
 
 class StreamBorders:
@@ -60,7 +61,7 @@ class StreamBorders:
         self._device, self._source, self._rows = device, source, rows
         self._program = device.build(FILE)
         slots = 1 << max(source.vertex_count - 1, 1).bit_length()
-        while 4 * slots > device.memory_limit // _TABLE_SHARE:
+        while slots > _LEAST_SLOTS and 4 * slots > device.memory_limit // _TABLE_SHARE:
             slots >>= 1
         self._marks = device.allocate("marks", slots, np.int32)
         device.fill(Timeline(), "borders", self._marks, 0)
@@ -162,7 +163,7 @@ class StreamBorders:
                 continue
             bits = np.unpackbits(self._bits[low:high])[3 * start - 8 * low :][: 3 * (stop - start)]
             border = bits.reshape(-1, 3).astype(bool)
-            which = border.any(axis=1)
+            which = np.asarray(border.any(axis=1))
             if not which.any():
                 continue
             batch = self._source.batch(start, stop, which)
@@ -208,7 +209,8 @@ def _none() -> _Edges:
 
 
 def _joined(*parts: _Edges) -> _Edges:
-    return _Edges(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+    numbers, ends, positions = (np.concatenate(values) for values in zip(*parts, strict=True))
+    return _Edges(numbers, ends, positions)
 
 
 def _ends(edges: _Edges, shared: bool) -> NDArray[np.integer]:

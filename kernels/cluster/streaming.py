@@ -66,7 +66,11 @@ def streamer(make: type[CellBatches], params: type[P]) -> Callable[..., Left]:
         if any(getattr(asked, name) for name in WARPS):
             raise ValueError("regions, view, warp: expected none of them out of core, got one")
         if asked.keeps_border and not source.shared:
-            raise ValueError("border: expected no keep of a format without shared points, got keep")
+            raise ValueError(f"{source.path}: expected PLY out of core for border='keep', got STL")
+        if make.SHARED_ONLY and not source.shared:
+            raise ValueError(
+                f"{source.path}: expected PLY out of core for means of points, got STL"
+            )
         return _passes(device, source, spill, rows, told, asked, make)
 
     return simplify_batches

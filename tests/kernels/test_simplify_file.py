@@ -6,7 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from lodbench.datasets_gen import catalogue, read
+from lodbench.datasets_gen import batches, catalogue, read
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import displaced_icosphere, terrain, torus
 from lodbench.harness.baselines.simplify_file import peak_bytes
@@ -21,16 +21,17 @@ streaming = sys.modules[simplify_file.__module__]  # the function has its name
 
 @pytest.fixture
 def small(monkeypatch):
-    """Any mesh is larger than the memory, and a batch has a hundred triangles."""
+    """Any mesh is larger than the memory, and a batch has a hundred triangles, or as many as are put into the list."""
     monkeypatch.setattr(streaming, "fits", lambda source, allowed: False)
-    whole = streaming.verbs.streaming
+    whole, most = streaming.verbs.streaming, [100]
 
     def hundreds(method):
         return lambda device, source, spill, rows, told, **options: whole(method)(
-            device, source, spill, 100, told, **options
+            device, source, spill, most[0], told, **options
         )
 
     monkeypatch.setattr(streaming.verbs, "streaming", hundreds)
+    return most
 
 
 @pytest.fixture(scope="module")
@@ -69,6 +70,29 @@ def test_out_of_core_has_the_bytes_of_in_core(device, limited, small, tmp_path, 
     read.write_mesh(tmp_path / f"a{suffix}", displaced_icosphere(8))
     whole, streamed = both(device, limited, tmp_path / f"a{suffix}", **options)
     assert whole == streamed
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"cells": 12}, {"cells": (5, 7, 3), "chunks": 5}, {"target_reduction": 0.8}],
+    ids=str,
+)
+@pytest.mark.parametrize("spread", [lambda mesh: mesh, scattered], ids=["", "scattered"])
+def test_means_have_the_bytes_of_in_core(
+    device, limited, small, tmp_path, options, spread, monkeypatch
+):
+    monkeypatch.setattr(batches, "VERTICES", 77)
+    read.write_mesh(tmp_path / "a.ply", spread(displaced_icosphere(8)))
+    whole, streamed = both(device, limited, tmp_path / "a.ply", method="vertex_average", **options)
+    assert whole == streamed
+
+
+def test_means_of_points_and_kept_ones_are_of_points_that_triangles_share(limited, small, tmp_path):
+    read.write_mesh(tmp_path / "a.stl", displaced_icosphere(8))
+    for options in ({"method": "vertex_average"}, {"border": "keep"}):
+        with pytest.raises(ValueError, match="expected PLY out of core"):
+            simplify_file(tmp_path / "a.stl", tmp_path / "b.ply", cells=9, memory=MINIMUM,
+                          device=limited, **options)  # fmt: skip
 
 
 WAYS = {
@@ -124,9 +148,11 @@ NASTY = {
 
 @pytest.mark.parametrize("name", NASTY)
 @pytest.mark.parametrize("accumulate", ["private", "fixed_point"])
-def test_nasty_meshes_pass_through(device, limited, small, tmp_path, name, accumulate):
+@pytest.mark.parametrize("border", ["quadrics", "keep"])
+def test_nasty_meshes_pass_through(device, limited, small, tmp_path, name, accumulate, border):
     read.write_mesh(tmp_path / "a.ply", NASTY[name])
-    whole, streamed = both(device, limited, tmp_path / "a.ply", cells=7, accumulate=accumulate)
+    options = {"cells": 7, "accumulate": accumulate, "border": border}
+    whole, streamed = both(device, limited, tmp_path / "a.ply", **options)
     assert whole == streamed
 
 
@@ -134,11 +160,18 @@ def test_nasty_meshes_pass_through(device, limited, small, tmp_path, name, accum
     max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(
-    st.integers(1, 60), st.integers(1, 400), st.integers(0, 99), st.integers(1, 4), st.floats(1, 30)
+    st.integers(1, 60),
+    st.integers(1, 400),
+    st.integers(0, 99),
+    st.integers(1, 4),
+    st.floats(1, 30),
+    st.integers(20, 500),
+    st.sampled_from(["quadrics", "none", "keep"]),
 )
 def test_any_soup_has_the_bytes_of_in_core(
-    device, limited, small, tmp_path, points, triangles, seed, chunks, cells
+    device, limited, small, tmp_path, points, triangles, seed, chunks, cells, rows, border
 ):
+    small[0] = rows
     random = np.random.default_rng(seed)
     mesh = TriangleMesh(
         random.normal(size=(points, 3)).astype(np.float32),
@@ -146,8 +179,9 @@ def test_any_soup_has_the_bytes_of_in_core(
     )
     read.write_mesh(tmp_path / "a.ply", mesh)
     whole, streamed = both(
-        device, limited, tmp_path / "a.ply", cells=cells, chunks=chunks, accumulate="private"
-    )
+        device, limited, tmp_path / "a.ply", cells=cells, chunks=chunks, accumulate="private",
+        border=border,
+    )  # fmt: skip
     assert whole == streamed
 
 
@@ -182,7 +216,8 @@ def test_options_that_need_the_whole_mesh_are_refused_out_of_core(small, limited
 
     for problem, options in {
         "remove_duplicates: expected False": {"remove_duplicates": True},
-        "method: expected quadric_clustering": {"method": "vertex_average"},
+        "method: expected quadric_clustering, vertex_average": {"method": "octree"},
+        "regions, view, warp: expected none": {"regions": ((0.0, 0.0, 0.0, 1.0, 2.0),)},
         "expected a name that ends in .ply": {"out": "b.obj"},
         "target_count: expected a grid": {"cells": None, "target_reduction": 0.0},
         "memory: expected enough for the grid's cells, got 64M": {"cells": 700},

@@ -93,10 +93,11 @@ class Batches(CellBatches):
                 spill.write(found.data)
                 left += len(found)
                 tell("triangles", (done := done + len(batch.triangles)) / count)
-        first = 0
-        for batch in borders.edges() if borders else ():
-            self.hold_border(batch, first, borders.count)
-            first += len(batch.triangles)
+        if borders is not None:
+            first = 0
+            for batch in borders.edges():
+                self.hold_border(batch, first, borders.count)
+                first += len(batch.triangles)
         return left
 
     def share(self, map: int, count: int | None = None) -> tuple[int, int]:
