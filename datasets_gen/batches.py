@@ -221,34 +221,35 @@ class MeshFile:
     def corners(self, start: int, stop: int) -> NDArray[np.uint32]:
         """The vertices of triangles start .. stop - 1 by their rows, (stop - start, 3); as `batches` otherwise."""
         if self.shared:
-            return self._corners(start, stop).astype(np.uint32)
+            return self._corners(start, stop)
         return np.arange(3 * start, 3 * stop, dtype=np.uint32).reshape(-1, 3)
 
     def at(self, rows: NDArray[np.integer]) -> NDArray[np.float32]:
         """The points of these vertices, (k, 3), wherever they stand: of a format with shared ones."""
         return self._local(self._scattered(rows))
 
-    def _corners(self, start: int, stop: int) -> NDArray[np.integer]:
+    def _corners(self, start: int, stop: int) -> NDArray[np.uint32]:
         """Rows of vertices of the triangles, (stop - start, 3), checked."""
         table = self._faces.read(start, stop)
         lengths = table[f"{self._list}#"]
         if not (lengths == 3).all():
             row = int(np.argmax(lengths != 3))
             raise self._refused("triangles alone", f"{lengths[row]} corners in face {start + row}")
-        corners = table[self._list]
-        low, high = int(corners.min()), int(corners.max())
-        if low < 0 or high >= self.vertex_count:
+        given = table[self._list]
+        corners = np.ascontiguousarray(given.astype(np.uint32))  # what is negative becomes large
+        if len(corners) and int(corners.max()) >= self.vertex_count:
+            low, high = int(given.min()), int(given.max())
             raise ValueError(
                 f"faces: expected indices from 0 to {self.vertex_count - 1}, got {low if low < 0 else high}"
             )
         return corners
 
-    def _gathered(self, corners: NDArray[np.integer]) -> Batch:
+    def _gathered(self, corners: NDArray[np.uint32]) -> Batch:
         if not len(corners):
             return Batch(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint32))
         low, high = int(corners.min()), int(corners.max()) + 1
         if high - low <= corners.size:
-            triangles = (corners - np.asarray(low, corners.dtype)).astype(np.uint32)
+            triangles = corners - np.uint32(low)
             return Batch(self._local(self._given(low, high)), triangles, low)
         numbers = np.arange(corners.size, dtype=np.uint32).reshape(-1, 3)
         return Batch(self.at(corners.ravel()), numbers, corners.ravel())

@@ -32,8 +32,12 @@ def used_once(edges: Indices, positions: Floats) -> Indices:
 
 def places(positions: Floats) -> NDArray[np.intp]:
     """A number for each of (k, 3) positions, the same for those that are equal."""
-    _, found = np.unique(positions + 0.0, axis=0, return_inverse=True)  # -0 is 0
-    return found.reshape(-1)
+    bits = (positions + np.float32(0)).view(np.uint32).astype(np.uint64)  # -0 is 0
+    found = bits[:, 0]
+    for axis in (1, 2):  # two sorts of one number each: quicker than one of rows
+        _, found = np.unique(found << np.uint64(32) | bits[:, axis], return_inverse=True)
+        found = found.astype(np.uint64)
+    return found.astype(np.intp)
 
 
 def single(pairs: NDArray[np.integer]) -> NDArray[np.bool_]:

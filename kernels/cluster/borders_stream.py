@@ -23,10 +23,10 @@ from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 
 FILE = "cluster/borders_batch.cl"
-_AT_ONCE = 2  # edges collected at a time, by triangles of a batch
+_AT_ONCE = 4  # edges collected at a time, by triangles of a batch
 _MOST_PARTS = 1 << 16
 _LEAST_SLOTS = 1 << 10
-_TABLE_SHARE = 8  # of the device's memory: one part of so many for the hashes
+_TABLE_SHARE = 2  # of the device's memory: one part of so many for the hashes
 
 
 class _Edges(NamedTuple):
@@ -68,7 +68,7 @@ class StreamBorders:
         self.count, self._bits = 0, np.zeros(0, np.uint8)
         count = source.triangle_count
         for done, keys in self._keys():
-            self._launch("mark", keys)
+            self._launch("mark", keys, 1 if device.is_cpu else None)
             told(0.5 * done / count)
         if self._unbalanced():
             # in whole bytes of eight edges each; what is never written takes no memory
@@ -91,9 +91,11 @@ class StreamBorders:
                 for start, stop in found
             )
 
-    def _launch(self, name: str, keys: NDArray[np.uint32], **more: Any) -> None:
+    def _launch(
+        self, name: str, keys: NDArray[np.uint32], chunks: int | None = None, **more: Any
+    ) -> None:
         device, count = self._device, len(keys)
-        chunks = chunk_count(device, max(count, 1))
+        chunks = chunks or chunk_count(device, max(count, 1))
         self._program.launch(
             f"cluster_borders_batch_{name}", chunks, stage="borders", local=chunk_local(device),
             keys=device.upload("keys", keys), marks=self._marks, slot_mask=self._marks.shape[0] - 1,
