@@ -41,20 +41,37 @@ class Batch(NamedTuple):
     vertices: NDArray[np.integer] | int = 0
 
 
-class _Rows:
-    """Rows of one layout at a place in a file."""
+class _State(NamedTuple):
+    """By which one notices that a file is another."""
 
-    def __init__(self, path: Path, layout: np.dtype, count: int, at: int) -> None:
-        self._path, self.layout, self.count, self.at = path, layout, count, at
+    number: int
+    size: int
+    changed_ns: int
+
+
+class _Rows:
+    """Rows of one layout at a place in a file, which is still the same after each reading."""
+
+    def __init__(self, path: Path, state: _State, layout: np.dtype, count: int, at: int) -> None:
+        self._path, self._state = path, state
+        self.layout, self.count, self.at = layout, count, at
 
     @property
     def end(self) -> int:
         return self.at + self.count * self.layout.itemsize
 
     def read(self, start: int, stop: int) -> NDArray:
-        found = np.fromfile(
-            self._path, self.layout, stop - start, offset=self.at + start * self.layout.itemsize
-        )
+        """Rows start .. stop - 1.
+
+        Raises:
+            FileError: the file changed, or cannot be read any more.
+        """
+        offset = self.at + start * self.layout.itemsize
+        try:
+            found = np.fromfile(self._path, self.layout, stop - start, offset=offset)
+        except OSError as error:
+            raise read.FileError(f"{self._path}: cannot be read: {error.strerror}") from None
+        _check_same(self._path, self._state)
         if len(found) < stop - start:
             raise read.FileError(f"{self._path}: truncated while it was read")
         return found
@@ -85,7 +102,8 @@ class MeshFile:
         self.path, self._window = Path(path), window_bytes
         self.origin: Origin | None = None
         self._map: mmap.mmap | None = None
-        size = _size(self.path)
+        self._state = _state(self.path)
+        size = self._state.size
         with self.path.open("rb") as stream:
             start = stream.read(1 << 16)
         if contents.format_of(start) == ".ply":
@@ -103,7 +121,7 @@ class MeshFile:
         self.shared, self.extras = False, ()
         self.triangle_count = int.from_bytes(start[80:84], "little")
         self.vertex_count = 3 * self.triangle_count
-        self._vertices = self._faces = _Rows(self.path, _STL, self.triangle_count, 84)
+        self._vertices = self._faces = _Rows(self.path, self._state, _STL, self.triangle_count, 84)
 
     def _open_ply(self, start: bytes, size: int) -> None:
         try:
@@ -119,9 +137,8 @@ class MeshFile:
             lists = [p.name for p in properties if p.length_kind]
             if len(lists) > (name == "face"):
                 raise self._refused(f"no lists in the rows of {name!r}", ", ".join(lists))
-            tables[name] = _Rows(
-                self.path, ply.row_layout(properties, (3,) * len(lists)), count, at
-            )
+            layout = ply.row_layout(properties, (3,) * len(lists))
+            tables[name] = _Rows(self.path, self._state, layout, count, at)
             at = tables[name].end
             if name == "face":
                 self._list = lists[0] if lists else ""
@@ -256,6 +273,9 @@ class MeshFile:
 
     def _scattered(self, rows: NDArray[np.integer]) -> NDArray[np.floating]:
         """Points of rows in any order, (k, 3), with at most a window of the file resident."""
+        _check_same(
+            self.path, self._state
+        )  # past the end of a file that was cut short the process would end
         if self._map is None:
             with self.path.open("rb") as stream:
                 self._map = mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ)
@@ -284,15 +304,22 @@ class MeshFile:
             self._map.madvise(mmap.MADV_DONTNEED)
 
 
-def _size(path: Path) -> int:
+def _state(path: Path) -> _State:
     if path.is_dir():
         raise read.FileError(f"{path}: expected a file, got a folder")
     try:
-        return path.stat().st_size
+        found = path.stat()
     except FileNotFoundError:
         raise read.FileError(f"{path}: no such file") from None
     except OSError as error:
         raise read.FileError(f"{path}: cannot be read: {error.strerror}") from None
+    return _State(found.st_ino, found.st_size, found.st_mtime_ns)
+
+
+def _check_same(path: Path, state: _State) -> None:
+    """Raise FileError where the file is no longer what it was."""
+    if _state(path) != state:
+        raise read.FileError(f"{path}: changed while it was read")
 
 
 def _points(data: object, kind: np.dtype, count: int, at: int, step: int) -> NDArray[np.floating]:

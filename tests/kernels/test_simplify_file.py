@@ -1,4 +1,5 @@
 import os
+import subprocess
 import sys
 
 import numpy as np
@@ -240,34 +241,118 @@ def test_a_mesh_that_fits_is_done_in_core(device, tmp_path):
         streaming.fits(tmp_path / "a.obj", 1000)
 
 
-def test_a_full_disk_or_an_interrupt_leaves_what_was_there(small, limited, tmp_path, monkeypatch):
-    read.write_mesh(tmp_path / "a.ply", torus(20, 10))
+PASSES = ("box", "borders", "search", "cells", "triangles", "write")
+
+
+def attempt(folder, device, at=None, action=None, **options):
+    """Simplify a.ply of the folder to b.ply, and do something as a pass begins."""
+
+    def told(what, share):
+        nonlocal at
+        if what == at:
+            at = None
+            action()
+
+    given = {"cells": None, "target_count": 60} | options
+    simplify_file(
+        folder / "a.ply", folder / "b.ply", memory="64M", device=device, told=told, **given
+    )
+
+
+def interrupt():
+    raise KeyboardInterrupt
+
+
+@pytest.fixture(params=[lambda mesh: mesh, scattered], ids=["", "scattered"])
+def folder(tmp_path, request):
+    """With a mesh, and what was there before."""
+    read.write_mesh(tmp_path / "a.ply", request.param(terrain(12)))
     (tmp_path / "b.ply").write_bytes(b"old")
-
-    def attempt(told=None):
-        simplify_file(
-            tmp_path / "a.ply", tmp_path / "b.ply", cells=9, memory="64M", device=limited, told=told
-        )
-
-    for at in ("box", "cells", "triangles", "write"):
-
-        def told(what, share, at=at):
-            if what == at:
-                raise KeyboardInterrupt
-
-        with pytest.raises(KeyboardInterrupt):
-            attempt(told)
-        assert sorted(os.listdir(tmp_path)) == ["a.ply", "b.ply"]
-        assert (tmp_path / "b.ply").read_bytes() == b"old"
-
-    class Full:
-        def __init__(self, *args, **kwargs):
-            raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(streaming.tempfile, "TemporaryFile", Full)
-    with pytest.raises(read.FileError, match=r"b.ply: cannot be written: No space left"):
-        attempt()
+    yield tmp_path
     assert (tmp_path / "b.ply").read_bytes() == b"old"
+    assert {"b.ply"} <= set(os.listdir(tmp_path)) <= {"a.ply", "b.ply"}
+
+
+@pytest.mark.parametrize("at", PASSES)
+def test_an_interrupt_leaves_what_was_there(small, limited, folder, at):
+    with pytest.raises(KeyboardInterrupt):
+        attempt(folder, limited, at, interrupt)
+
+
+CHANGES = {
+    "cut": lambda path: os.truncate(path, path.stat().st_size // 2),
+    "gone": lambda path: path.unlink(),
+    "written": lambda path: os.utime(path, ns=(1, 1)),  # a clock may be too coarse to tell
+    "replaced": lambda path: read.write_mesh(path, terrain(12)),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("at", PASSES[:-2])
+def test_a_file_that_changes_is_noticed(small, limited, folder, at, change):
+    with pytest.raises(read.FileError, match=r"a.ply: (changed|truncated|no such|cannot)") as error:
+        attempt(folder, limited, at, lambda: CHANGES[change](folder / "a.ply"))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of a process")
+@pytest.mark.parametrize("most", [0, 300, 1000], ids=["nothing", "left", "output"])
+def test_a_full_disk_leaves_what_was_there(small, limited, folder, most):
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def fill():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
+
+    try:
+        with pytest.raises(read.FileError, match=r"b.ply: cannot be written: File too large"):
+            attempt(folder, limited, "cells", fill)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_file_may_be_replaced_by_its_own_result(small, limited, tmp_path):
+    read.write_mesh(tmp_path / "a.ply", terrain(12))
+    attempt(tmp_path, limited)
+    simplify_file(
+        tmp_path / "a.ply", tmp_path / "a.ply", target_count=60, memory="64M", device=limited
+    )
+    assert (tmp_path / "a.ply").read_bytes() == (tmp_path / "b.ply").read_bytes()
+
+
+KILLED = """
+import importlib, os, signal, sys
+streaming = importlib.import_module("lodbench.kernels.cluster.streaming")
+importlib.import_module("lodbench.kernels.simplify_file").fits = lambda source, allowed: False
+tell = streaming._Shares.__call__
+def told(self, name, share):
+    if name == "{at}":
+        os.kill(os.getpid(), signal.{name})
+    tell(self, name, share)
+streaming._Shares.__call__ = told
+sys.argv = ["lodbench", "simplify", "a.ply", "b.ply", "-c", "9", "--memory", "64M"]
+import runpy
+runpy.run_module("lodbench.harness", run_name="__main__")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+@pytest.mark.parametrize(
+    ("name", "at", "code", "word"),
+    [("SIGINT", "triangles", 130, "interrupted"), ("SIGTERM", "borders", 143, "terminated")],
+)
+def test_a_signal_ends_the_command_with_one_line(tmp_path, name, at, code, word):
+    read.write_mesh(tmp_path / "a.ply", terrain(12))
+    (tmp_path / "b.ply").write_bytes(b"old")
+    done = subprocess.run(
+        [sys.executable, "-c", KILLED.format(at=at, name=name)], cwd=tmp_path, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (code, f"stopped: {word}")
+    assert "Traceback" not in done.stderr
+    assert (tmp_path / "b.ply").read_bytes() == b"old"
+    assert sorted(os.listdir(tmp_path)) == ["a.ply", "b.ply"]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak is read from /proc")
