@@ -217,4 +217,4 @@ def _write(left: Left, spill: BinaryIO, out: BinaryIO, rows: int, told: Told) ->
     for start, stop in pieces(left.triangle_count, rows):
         numbers = np.frombuffer(spill.read(12 * (stop - start)), np.uint32).reshape(-1, 3)
         out.write(ply_faces(left.numbers[numbers]))
-        told("write", 1 - 0.02 * (1 - stop / left.triangle_count))
+        told("write", 1 - 0.05 * (1 - stop / left.triangle_count))

@@ -87,10 +87,11 @@ def _passes(
 ) -> Left:
     count = source.triangle_count
     target = params.triangles(count)
-    weights = {"box": 1.0, "borders": 2.0, "search": 12.0, "cells": 1.0}
-    weights |= make.weights(device, params) | {"write": 0.5}
+    weights = {"box": 1.0, "borders": 5.0, "search": 12.0, "cells": 1.5}
+    weights |= make.weights(device, params) | {"write": 1.0}
     left_out = {"borders": not params.uses_border, "search": target is None}
     tell = _Shares(told, {name: w for name, w in weights.items() if not left_out.get(name)})
+    tell("box", 0.0)
     box = source.box(lambda share: tell("box", share))
     borders, kept = None, NO_VERTICES
     if params.uses_border:

@@ -66,7 +66,9 @@ class Batches(CellBatches):
     @staticmethod
     def weights(device: Device, params: Params) -> dict[str, float]:
         """See `CellBatches`."""
-        return ({} if float_maps(device, params) else {"sizes": 3.0}) | {"triangles": 4.0}
+        if float_maps(device, params):
+            return {"triangles": 12.0}
+        return {"sizes": 8.0, "triangles": 50.0}
 
     def walk(
         self,

@@ -31,7 +31,7 @@ class Batches(CellBatches):
     @staticmethod
     def weights(device: Device, params: Params) -> dict[str, float]:
         """See `CellBatches`."""
-        return {"means": 1.5, "triangles": 3.0}
+        return {"means": 4.0, "triangles": 8.0}
 
     def walk(
         self,
