@@ -15,7 +15,12 @@ HUGE = "LODBENCH_HUGE"
 SYSTEM = "simplify_file"
 IN_CORE, STREAMED = "in_core", "out_of_core"
 SCAN, GENERATED = "dragon_100k", "displaced_icosphere_1310k"
-FULL = ((SCAN, 200, 250.0, "512M"), (GENERATED, 16, 250.0, "512M"))
+FULL = (
+    (SCAN, 20, 120.0, "128M"),
+    (SCAN, 60, 170.0, "256M"),
+    (SCAN, 200, 250.0, "512M"),
+    (GENERATED, 16, 250.0, "512M"),
+)
 QUICK = ((SCAN, 13, 100.0, "128M"),)
 LARGEST = (SCAN, 1000, 400.0, "1G")
 
@@ -29,7 +34,7 @@ def _group(dataset: str, copies: int, cells: float, memory: str, compared: bool 
     ]
     if compared:
         subjects.insert(0, Subject(SYSTEM, {**asked, "measured": True}, IN_CORE))
-    if compared and dataset == SCAN:
+    if compared and (dataset, copies) in ((SCAN, 200), (SCAN, 13)):
         searched = {**asked, "cells": None, "target_reduction": 0.95, "memory": memory}
         subjects.append(Subject(SYSTEM, searched, f"{STREAMED}_target"))
     return Group(
@@ -38,7 +43,7 @@ def _group(dataset: str, copies: int, cells: float, memory: str, compared: bool 
 
 
 def groups(quick: bool) -> list[Group]:
-    """Copies of a scan side by side, then of a surface in the order of subdivision: 20 million triangles each."""
+    """Copies of a scan side by side, 2 to 20 million triangles, then of a surface in the order of subdivision."""
     found = [_group(*sizes) for sizes in (QUICK if quick else FULL)]
     if os.environ.get(HUGE) and not quick:
         found.append(_group(*LARGEST, compared=False))

@@ -380,7 +380,9 @@ def test_the_command_streams_and_says_so(tmp_path, monkeypatch, capsys):
     ]
     assert main([*words, "--memory", "64M"]) == 0
     said = capsys.readouterr()
-    assert said.err.splitlines() == [f"note: {tmp_path / 'b.ply'} lacks what the input has: normals"]
+    assert said.err.splitlines() == [
+        f"note: {tmp_path / 'b.ply'} lacks what the input has: normals"
+    ]
     streamed = (tmp_path / "b.ply").read_bytes()
     assert main([*words, "-q"]) == 0
     assert (tmp_path / "b.ply").read_bytes() == streamed
