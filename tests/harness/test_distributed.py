@@ -72,7 +72,7 @@ def test_pieces_have_the_bytes_of_the_whole_in_core(client, device, tmp_path):
 
 
 def test_borders_are_those_of_the_whole_and_not_of_its_pieces(client, device):
-    mesh = terrain(24)
+    mesh = terrain(24).bare()
     pieces = pieces_of(mesh, 5)
     for options in ({}, {"border": "none"}, {"placement": "average"}):
         expected = simplify_mesh(device, mesh, cells=6, accumulate="fixed_point", **options).mesh
@@ -114,7 +114,7 @@ def test_a_worker_that_is_killed_changes_nothing(device, tmp_path):
     distributed = pytest.importorskip("distributed")
     cloudpickle = pytest.importorskip("cloudpickle")
     cloudpickle.register_pickle_by_value(sys.modules[__name__])
-    mesh = terrain(60)
+    mesh = terrain(60).bare()
     pieces = pieces_of(mesh, 12)
     pieces[7] = Deadly(*pieces[7], tmp_path)
     expected = simplify_mesh(device, mesh, cells=30, accumulate="fixed_point").mesh
