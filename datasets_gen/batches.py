@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import mmap
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen import contents, ply, read
 from lodbench.datasets_gen.arrays import Origin, middle
 
+AVERAGED = ("normals", "colours")
 SUFFIXES = (".ply", ".stl")
 VERTICES = 1 << 18  # of a piece that is read for itself: 3 to 6 MB
 _CLUSTER = 16  # pages that one fault maps, where they are in the system's cache
@@ -33,12 +35,13 @@ class Batch(NamedTuple):
     """`positions` (k, 3) float32 from the file's origin; `triangles` (m, 3) uint32, rows of them.
 
     `vertices` are the rows of the file that the positions stand in where triangles share them: (k,), or the first of
-    k in a row.
+    k in a row. `values` has what was asked for of the points, (k, 3) each by name.
     """
 
     positions: NDArray[np.float32]
     triangles: NDArray[np.uint32]
     vertices: NDArray[np.integer] | int = 0
+    values: Mapping[str, NDArray[np.float32]] = MappingProxyType({})
 
 
 class _State(NamedTuple):
@@ -87,6 +90,8 @@ class MeshFile:
         shared: may triangles share points?
         origin: where positions count from, see `TriangleMesh`; known once `box` is.
         extras: what the file has beside points and triangles, by name.
+        attributes: those of them whose mean over several points says something of their points: normals, colours.
+        carried: those of these that batches have.
     """
 
     def __init__(self, path: str | os.PathLike[str], window_bytes: int = 1 << 26) -> None:
@@ -101,6 +106,8 @@ class MeshFile:
         """
         self.path, self._window = Path(path), window_bytes
         self.origin: Origin | None = None
+        self.attributes: tuple[str, ...] = ()
+        self.carried: tuple[str, ...] = ()
         self._map: mmap.mmap | None = None
         self._state = _state(self.path)
         size = self._state.size
@@ -145,6 +152,7 @@ class MeshFile:
         if not {"vertex", "face"} <= tables.keys():
             raise self._refused("vertices and faces", ", ".join(tables) or "neither")
         self.extras = tuple(contents.extras(start, Path("a.ply")))
+        self.attributes = tuple(name for name in AVERAGED if name in self.extras)
         self._vertices, self._faces = tables["vertex"], tables["face"]
         self.shared = True
         self.vertex_count, self.triangle_count = self._vertices.count, self._faces.count
@@ -170,9 +178,7 @@ class MeshFile:
         if not self.shared:
             rows = self._vertices.read(start // 3, -(-stop // 3))["corners"].reshape(-1, 3)
             return rows[start % 3 :][: stop - start].astype(np.float64)  # as a reader of STL has it
-        rows = self._vertices.read(start, stop)
-        place = (rows.dtype.fields or {})["x"][1]
-        return _points(rows.data, self._kind, len(rows), place, rows.dtype.itemsize)
+        return self._points_of(self._vertices.read(start, stop))
 
     def _local(self, given: NDArray[np.floating]) -> NDArray[np.float32]:
         if self.origin is not None:
@@ -266,13 +272,39 @@ class MeshFile:
             return Batch(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint32))
         low, high = int(corners.min()), int(corners.max()) + 1
         if high - low <= corners.size:
-            triangles = corners - np.uint32(low)
-            return Batch(self._local(self._given(low, high)), triangles, low)
-        numbers = np.arange(corners.size, dtype=np.uint32).reshape(-1, 3)
-        return Batch(self.at(corners.ravel()), numbers, corners.ravel())
+            triangles, vertices = corners - np.uint32(low), low
+            rows = self._vertices.read(low, high) if self.carried else None
+        else:
+            triangles = np.arange(corners.size, dtype=np.uint32).reshape(-1, 3)
+            vertices = corners.ravel()
+            rows = self._scattered(vertices, whole=True) if self.carried else None
+        if rows is not None:
+            values = {name: self._values(rows, name) for name in self.carried}
+            return Batch(self._local(self._points_of(rows)), triangles, vertices, values)
+        if isinstance(vertices, int):
+            return Batch(self._local(self._given(low, high)), triangles, vertices)
+        return Batch(self.at(vertices), triangles, vertices)
 
-    def _scattered(self, rows: NDArray[np.integer]) -> NDArray[np.floating]:
-        """Points of rows in any order, (k, 3), with at most a window of the file resident."""
+    def _points_of(self, rows: NDArray) -> NDArray[np.floating]:
+        place = (rows.dtype.fields or {})["x"][1]
+        return _points(rows.data, self._kind, len(rows), place, rows.dtype.itemsize)
+
+    def _values(self, rows: NDArray, name: str) -> NDArray[np.float32]:
+        """Of rows of points, (k, 3): normals of unit length, colours from 0 to 1.
+
+        Raises:
+            ValueError: NaN or infinity.
+        """
+        names = ply.ATTRIBUTES[name][0]
+        found = np.stack([rows[n] for n in names], axis=1)
+        if found.dtype.kind != "f":
+            return (found / float(np.iinfo(rows[names[0]].dtype).max)).astype(np.float32)
+        if not np.isfinite(found).all():
+            raise ValueError(f"{name}: expected finite values, got NaN or infinity")
+        return unit(found) if name == "normals" else found.astype(np.float32)
+
+    def _scattered(self, rows: NDArray[np.integer], whole: bool = False) -> NDArray:
+        """Points of rows in any order, (k, 3), or the rows `whole`, with at most a window of the file resident."""
         _check_same(
             self.path, self._state
         )  # past the end of a file that was cut short the process would end
@@ -282,6 +314,8 @@ class MeshFile:
         table, step = self._vertices, self._vertices.layout.itemsize
         at = table.at + (table.layout.fields or {})["x"][1]
         every = _points(self._map, self._kind, table.count, at, step)
+        if whole:
+            every = np.ndarray(table.count, table.layout, self._map, table.at)
         page = mmap.PAGESIZE * _CLUSTER
         touched = np.zeros(table.count * step // page + 1, bool)
         touched[rows.astype(np.int64) * step // page] = True
@@ -291,7 +325,7 @@ class MeshFile:
             order = np.argsort(rows)
             ordered = rows[order]
             edges = np.arange(0, table.count, max(self._window // step, 1))
-            found = np.empty((len(rows), 3), every.dtype)
+            found = np.empty((len(rows), *every.shape[1:]), every.dtype)
             for part in np.split(np.arange(len(rows)), np.searchsorted(ordered, edges[1:])):
                 found[order[part]] = every[ordered[part]]
                 self._drop()
@@ -336,6 +370,16 @@ def _bounds(points: NDArray[np.floating]) -> tuple[NDArray, NDArray]:
         parts += [rows.min(0).reshape(64, 3), rows.max(0).reshape(64, 3)]
     few = np.concatenate(parts)
     return few.min(0), few.max(0)
+
+
+def unit(vectors: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Vectors (k, 3) of unit length; (0, 0, 1) for those of none."""
+    wide = vectors.astype(np.float64)
+    length = np.sqrt((wide * wide).sum(axis=1, keepdims=True))
+    none = length[:, 0] <= 1e-12 * max(float(length.max(initial=0)), 1e-300)
+    wide /= np.where(length > 0, length, 1)
+    wide[none] = 0.0, 0.0, 1.0
+    return wide.astype(np.float32)
 
 
 def pieces(count: int, rows: int) -> Iterator[tuple[int, int]]:

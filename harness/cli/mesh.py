@@ -184,7 +184,7 @@ def simplify(
         typer.Option(
             "--memory",
             help="At most so much memory, such as 512M or 2G: a larger binary PLY or STL is streamed, with the same "
-            "result.",
+            "points and triangles; normals and colours are not parted at seams.",
         ),
     ] = None,
     settings: OwnOption = None,

@@ -7,13 +7,13 @@ Source: Lindstrom 2000, Out-of-Core Simplification of Large Polygonal Models; th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.datasets_gen.batches import MeshFile
+from lodbench.datasets_gen.batches import MeshFile, unit
 from lodbench.kernels.cluster import borders_stream
 from lodbench.kernels.cluster.borders import NO_VERTICES
 from lodbench.kernels.cluster.borders_stream import StreamBorders
@@ -23,6 +23,7 @@ from lodbench.kernels.cluster.upload import SHARED
 from lodbench.kernels.opencl import Buffer, Device, Launch, Program, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 
+ATTRIBUTES = "cluster/attributes_batch.cl"
 Tell = Callable[[str, float], None]
 """(pass, share of it that is done)"""
 
@@ -62,6 +63,7 @@ class CellBatches:
         """
         self.device, self.grid, self.params = device, grid, params
         self.kept = NO_VERTICES
+        self._carried: dict[str, Buffer] = {}
         self._triangles = triangle_count
         self._programs: list[Program] = [device.build(*self.FILES, *SHARED)]
         self._word_count = -(-grid.cell_count // 64)
@@ -176,6 +178,36 @@ class CellBatches:
             new_ranks=self._identity(), **read,
         )(Timeline())  # fmt: skip
         return device.read(left, int(device.read(counts)[1]))
+
+    def _carry(
+        self, points: Buffer, triangles: Buffer, values: Mapping[str, NDArray[np.float32]]
+    ) -> None:
+        """A batch's attributes added to its cells."""
+        if values and not self._carried:
+            self._programs.append(self.device.build(ATTRIBUTES))
+        for name, own in values.items():
+            if name not in self._carried:
+                sums = self.device.allocate(name, (self.capacity, 8), np.float32)
+                self.device.fill(Timeline(), "attributes", sums, 0)
+                self._carried[name] = sums
+            kernel = "cluster_attributes_batch_add"
+            self.kernel(kernel).launch(
+                kernel, 1, stage="attributes", local=1, points=points, triangles=triangles,
+                values=self._upload("values", own), sums=self._carried[name],
+                triangle_count=triangles.shape[0],
+            )(Timeline())  # fmt: skip
+
+    def attributes(self, new_ranks: NDArray[np.uint32]) -> dict[str, NDArray[np.float32]]:
+        """Of each output vertex the mean over its cell, (n, 3) by name; `new_ranks` as `solve` gives them."""
+        there = new_ranks != NO_VERTEX
+        found = {}
+        for name, sums in self._carried.items():
+            totals = self.device.read(sums)[there]
+            if name == "normals":
+                found[name] = unit(totals[:, :3])
+            else:
+                found[name] = totals[:, :3] / np.maximum(totals[:, 3:4], np.float32(1e-30))
+        return found
 
     def _identity(self) -> Buffer:
         if not hasattr(self, "_same"):

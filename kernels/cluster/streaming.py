@@ -24,6 +24,7 @@ from lodbench.kernels.cluster.search import Found, find_cells
 from lodbench.kernels.cluster.upload import SHARED
 from lodbench.kernels.cluster.warped import WARPS, WarpedTarget
 from lodbench.kernels.opencl import Device, Timeline
+from lodbench.kernels.parameters import check
 from lodbench.kernels.result import Left, Told
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.targets import missed
@@ -51,15 +52,14 @@ def streamer(make: type[CellBatches], params: type[P]) -> Callable[..., Left]:
             spill: an empty file for the triangles left.
             rows: triangles of a batch.
             told: called as it goes on.
-            **options: those of the Params.
+            **options: those of the Params; and attributes=False, which leaves normals and colours behind.
 
         Raises:
             TypeError, ValueError: an option is wrong or needs the whole mesh, all triangles are asked for, or a value
                 in the file is wrong.
             Unsupported: the device has no room for the grid.
         """
-        if options.pop("attributes", False):
-            raise ValueError("attributes: expected False out of core, got True")
+        carried = check("attributes", options.pop("attributes", True), bool)
         asked = params.named(**options)
         if getattr(asked, "remove_duplicates", False):
             raise ValueError("remove_duplicates: expected False out of core, got True")
@@ -71,7 +71,7 @@ def streamer(make: type[CellBatches], params: type[P]) -> Callable[..., Left]:
             raise ValueError(
                 f"{source.path}: expected PLY out of core for means of points, got STL"
             )
-        return _passes(device, source, spill, rows, told, asked, make)
+        return _passes(device, source, spill, rows, told, asked, make, carried)
 
     return simplify_batches
 
@@ -84,6 +84,7 @@ def _passes(
     told: Told,
     params: Any,
     make: type[CellBatches],
+    carried: bool,
 ) -> Left:
     count = source.triangle_count
     target = params.triangles(count)
@@ -116,6 +117,7 @@ def _passes(
         work.mark(positions)
         tell("cells", (done := done + len(positions)) / source.vertex_count)
     work.rank(kept)
+    source.carried = source.attributes if carried else ()
     left = work.walk(source, rows, None if params.keeps_border else borders, spill, tell)
     vertices, new_ranks = work.solve(source)
     counters: dict[str, int | float] = {
@@ -131,7 +133,8 @@ def _passes(
     if found is not None:
         counters |= {**missed(found.target, left), "counting_passes": found.counts}
         counters["cells_along_longest"] = found.cells or 0.0
-    return Left(vertices, source.origin, new_ranks, left, counters)
+    attributes = work.attributes(new_ranks)
+    return Left(vertices, source.origin, new_ranks, left, counters, attributes)
 
 
 class StreamSurvivors:
@@ -184,7 +187,7 @@ class StreamSurvivors:
         return total
 
     def _left(self, batch: Batch, grid: dict[str, Any]) -> int:
-        device, (positions, triangles, vertices) = self._device, batch
+        device, positions, triangles, vertices = self._device, *batch[:3]
         ids = device.allocate("cell_ids", len(positions), np.uint32)
         self._launch(
             "cluster_search_cells", len(positions), positions=device.upload("positions", positions),

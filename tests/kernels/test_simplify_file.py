@@ -1,6 +1,7 @@
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -44,7 +45,9 @@ def both(device, limited, source, **options):
     """The bytes of the file made in core and out of core."""
     outs = source.with_name("in.ply"), source.with_name("out.ply")
     whole = simplify_file(source, outs[0], device=device, attributes=False, **options)
-    streamed = simplify_file(source, outs[1], memory=MINIMUM, device=limited, **options)
+    streamed = simplify_file(
+        source, outs[1], memory=MINIMUM, device=limited, attributes=False, **options
+    )
     assert (whole.streamed, streamed.streamed) == (False, True)
     assert streamed.triangles == whole.triangles and streamed.vertices == whole.vertices
     known = {k: v for k, v in streamed.counters.items() if k != "vertices_in"}
@@ -122,6 +125,35 @@ def test_kept_border_vertices_stay_out_of_core_too(device, limited, small, tmp_p
     options = {"cells": 6, **WAYS[way], "border": "keep"}
     whole, streamed = both(device, limited, tmp_path / "a.ply", **options)
     assert whole == streamed
+
+
+@pytest.mark.parametrize("method", ["quadric_clustering", "vertex_average"])
+@pytest.mark.parametrize("spread", [False, True], ids=["", "scattered"])
+def test_normals_and_colours_become_means(device, limited, small, tmp_path, method, spread):
+    mesh = displaced_icosphere(24)
+    order = np.random.default_rng(0).permutation(mesh.vertex_count) if spread else slice(None)
+    number = np.argsort(order) if spread else np.arange(mesh.vertex_count)
+    mesh = replace(
+        mesh,
+        positions=mesh.positions[order],
+        triangles=number[mesh.triangles].astype(np.uint32),
+        normals=mesh.positions[order] * 3,
+        colours=np.clip(0.5 + 0.3 * mesh.positions[order], 0, 1),
+        uvs=mesh.positions[order, :2],
+    )
+    read.write_mesh(tmp_path / "a.ply", mesh)
+    options = {"cells": 14, "method": method}
+    whole = simplify_file(tmp_path / "a.ply", tmp_path / "in.ply", device=device, **options)
+    assert whole.counters["split_vertices"] == 0
+    done = simplify_file(
+        tmp_path / "a.ply", tmp_path / "out.ply", memory=MINIMUM, device=limited, **options
+    )
+    assert done.extras == ("uvs",)
+    expected, found = (read.read_mesh(tmp_path / f"{name}.ply") for name in ("in", "out"))
+    assert found.positions.tobytes() == expected.positions.tobytes()
+    assert found.triangles.tobytes() == expected.triangles.tobytes()
+    assert np.abs(found.normals - expected.normals).max() < 1e-4
+    assert np.abs(found.colours - expected.colours).max() < 1.5 / 255
 
 
 @pytest.mark.parametrize("order", ["little", "big"])
@@ -359,7 +391,10 @@ def test_a_signal_ends_the_command_with_one_line(tmp_path, name, at, code, word)
 @pytest.mark.parametrize("make", [torus, lambda *sizes: scattered(torus(*sizes))], ids=["", "far"])
 def test_peak_memory_stays_below_the_limit(tmp_path, make):
     source = tmp_path / "a.ply"
-    read.write_mesh(source, make(800, 500))
+    mesh = make(800, 500)
+    read.write_mesh(
+        source, replace(mesh, normals=mesh.positions, colours=np.abs(mesh.positions) / 4)
+    )
     assert not streaming.fits(source, MINIMUM)
     rise = peak_bytes(source, tmp_path / "b.ply", "64M", {"cells": 90})
     assert 1 << 20 < rise < MINIMUM

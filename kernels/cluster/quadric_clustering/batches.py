@@ -9,6 +9,7 @@ Source: Lindstrom 2000, Out-of-Core Simplification of Large Polygonal Models; th
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -83,7 +84,7 @@ class Batches(CellBatches):
         if not self.private:
             exponents, squares, done = np.zeros(256), np.zeros(256), 0
             for batch in ahead(source.batches(0, count, rows)):
-                exponents += self.exponents(*batch)
+                exponents += self.exponents(batch.positions, batch.triangles)
                 tell("sizes", (done := done + len(batch.triangles)) / count)
             for batch in borders.edges() if borders else ():
                 squares += self.border_exponents(batch)
@@ -91,7 +92,7 @@ class Batches(CellBatches):
         left = done = 0
         for map in range(self.shares):
             for batch in ahead(source.batches(*self.share(map), rows)):
-                found = self.accumulate(*batch, map=map)
+                found = self.accumulate(*batch, map)
                 spill.write(found.data)
                 left += len(found)
                 tell("triangles", (done := done + len(batch.triangles)) / count)
@@ -111,7 +112,6 @@ class Batches(CellBatches):
         self,
         positions: NDArray[np.float32],
         triangles: NDArray[np.uint32],
-        vertices: NDArray[np.integer] | int = 0,
     ) -> NDArray[np.float64]:
         """Triangles by the exponent of their area, (256,), which sums of all batches give `scale` its room."""
         if not len(triangles):
@@ -150,6 +150,7 @@ class Batches(CellBatches):
         positions: NDArray[np.float32],
         triangles: NDArray[np.uint32],
         vertices: NDArray[np.integer] | int = 0,
+        values: Mapping[str, NDArray[np.float32]] | None = None,
         map: int = 0,
     ) -> NDArray[np.uint32]:
         """The batch's quadrics added to its cells; returns the triangles left, as ranks of cells, (s, 3), in order.
@@ -158,6 +159,7 @@ class Batches(CellBatches):
             positions: (k, 3).
             triangles: (m, 3), rows of positions.
             vertices: see `Batch`; of use where vertices are kept.
+            values: see `Batch`.
             map: the private map whose share they belong to.
         """
         count, sums = len(triangles), self._room()
@@ -165,6 +167,7 @@ class Batches(CellBatches):
             return np.zeros((0, 3), np.uint32)
         device = self.device
         points, uploaded = self._place(positions, vertices), self._upload("triangles", triangles)
+        self._carry(points, uploaded, values or {})
         read: dict[str, Any] = {"points": points, "triangles": uploaded, "triangle_count": count}
         if self.private:
             left = device.allocate("pieces", 3 * count + 4, np.uint32)

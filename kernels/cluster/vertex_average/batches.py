@@ -60,6 +60,7 @@ class Batches(CellBatches):
                 "cluster_emit_mark", own, points=points, triangles=triangles, used=self._used,
                 triangle_count=own,
             )(Timeline())  # fmt: skip
+            self._carry(points, triangles, batch.values)
             found = self._left(points, triangles)
             spill.write(found.data)
             left += len(found)
