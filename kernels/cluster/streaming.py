@@ -67,6 +67,10 @@ def streamer(make: type[CellBatches], params: type[P]) -> Callable[..., Left]:
             raise ValueError("regions, view, warp: expected none of them out of core, got one")
         if asked.keeps_border and not source.shared:
             raise ValueError(f"{source.path}: expected PLY out of core for border='keep', got STL")
+        if source.vertex_count and not source.triangle_count:
+            raise ValueError(
+                f"faces: expected triangles, got {source.vertex_count:,} points and none"
+            )
         if make.SHARED_ONLY and not source.shared:
             raise ValueError(
                 f"{source.path}: expected PLY out of core for means of points, got STL"

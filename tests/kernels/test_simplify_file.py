@@ -223,6 +223,9 @@ def test_an_empty_file_and_no_triangles(device, small, tmp_path):
     done = simplify_file(tmp_path / "a.ply", tmp_path / "b.ply", cells=4, memory="64M")
     assert (done.vertices, done.triangles) == (0, 0)
     assert read.read_mesh(tmp_path / "b.ply").triangle_count == 0
+    (tmp_path / "a.ply").write_bytes(ply_of(TriangleMesh(np.ones((9, 3)), np.zeros((0, 3), int))))
+    with pytest.raises(ValueError, match="faces: expected triangles, got 9 points and none"):
+        simplify_file(tmp_path / "a.ply", tmp_path / "b.ply", cells=4, memory="64M")
 
 
 @pytest.mark.parametrize(
@@ -342,6 +345,18 @@ def test_a_full_disk_leaves_what_was_there(small, limited, folder, most):
             attempt(folder, limited, "cells", fill)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_shares_of_the_work_rise_from_nothing_to_all(small, limited, tmp_path):
+    read.write_mesh(tmp_path / "a.ply", terrain(24))
+    said = []
+    simplify_file(
+        tmp_path / "a.ply", tmp_path / "b.ply", target_count=200, memory="64M", device=limited,
+        told=lambda what, share: said.append((what, share)),
+    )  # fmt: skip
+    shares = [share for _, share in said]
+    assert shares == sorted(shares) and (shares[0], shares[-1]) == (0, 1)
+    assert tuple(dict.fromkeys(what for what, _ in said)) == PASSES
 
 
 def test_a_file_may_be_replaced_by_its_own_result(small, limited, tmp_path):
