@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -44,7 +45,7 @@ class Written:
         vertices, triangles: of the output.
         streamed: was it done in batches?
         extras: what the input has and the output has not, by name.
-        counters: those of the method.
+        counters: those of the method; in core some are made, of the mesh, when they are first asked for.
     """
 
     path: Path
@@ -54,7 +55,7 @@ class Written:
     triangles: int
     streamed: bool
     extras: tuple[str, ...] = ()
-    counters: dict[str, int | float] = field(default_factory=dict)
+    counters: Mapping[str, int | float] = field(default_factory=dict)
 
 
 def memory_bytes(memory: int | str) -> int:
@@ -147,7 +148,7 @@ def simplify_file(
     extras = tuple(name for name in extras if name not in kept)
     return Written(
         out, mesh.vertex_count, mesh.triangle_count, result.mesh.vertex_count,
-        result.mesh.triangle_count, False, extras, dict(result.counters),
+        result.mesh.triangle_count, False, extras, result.counters,
     )  # fmt: skip
 
 
@@ -201,7 +202,7 @@ def _streamed(
         raise read.FileError(f"{out}: cannot be written: {error.strerror or error}") from error
     return Written(
         out, file.vertex_count, file.triangle_count, len(left.vertices), left.triangle_count, True,
-        tuple(name for name in file.extras if name not in left.attributes), dict(left.counters),
+        tuple(name for name in file.extras if name not in left.attributes), left.counters,
     )  # fmt: skip
 
 

@@ -130,7 +130,7 @@ def _within(
         "vertices_out": made.vertices,
         "lost": list(made.extras),
         "wall_s": time.perf_counter() - started,
-        "counters": made.counters,
+        "counters": dict(made.counters) if json_output else made.counters,
     }
     _say(facts, target, json_output, quiet)
 

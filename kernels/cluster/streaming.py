@@ -30,6 +30,7 @@ from lodbench.kernels.stages.scan import chunk_count, chunk_local
 from lodbench.kernels.targets import missed
 
 P = TypeVar("P", bound=WarpedTarget)
+_OF_THE_WHOLE = ("remove_flipped", "manifold")  # what `cluster/finish.py` does
 _NO_CELL = np.uint32(0x80000000)  # cells are fewer
 
 
@@ -60,6 +61,9 @@ def streamer(make: type[CellBatches], params: type[P]) -> Callable[..., Left]:
             Unsupported: the device has no room for the grid.
         """
         carried = check("attributes", options.pop("attributes", True), bool)
+        for name in _OF_THE_WHOLE:
+            if options.pop(name, False):
+                raise ValueError(f"{name}: expected False out of core, got True")
         asked = params.named(**options)
         if getattr(asked, "remove_duplicates", False):
             raise ValueError("remove_duplicates: expected False out of core, got True")

@@ -252,6 +252,8 @@ def test_options_that_need_the_whole_mesh_are_refused_out_of_core(small, limited
 
     for problem, options in {
         "remove_duplicates: expected False": {"remove_duplicates": True},
+        "remove_flipped: expected False": {"remove_flipped": True},
+        "manifold: expected False": {"manifold": True},
         "method: expected quadric_clustering, vertex_average": {"method": "octree"},
         "regions, view, warp: expected none": {"regions": ((0.0, 0.0, 0.0, 1.0, 2.0),)},
         "expected a name that ends in .ply": {"out": "b.obj"},
