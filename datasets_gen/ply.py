@@ -209,23 +209,36 @@ def parse_ply(data: bytes) -> TriangleMesh:
 
 def ply_file(mesh: TriangleMesh) -> bytes:
     """A binary little-endian PLY file of `mesh`, with points in double where it has an origin; colours have 8 bits."""
-    columns = dict(zip("xyz", mesh.points.T, strict=True))
-    colours = mesh.colours
-    if colours is not None:
-        colours = np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
-    for names, values in (
-        (_NORMALS, mesh.normals), (_UVS[0], mesh.uvs), (_TAGS, mesh.tags), (_COLOURS, colours),
-    ):  # fmt: skip
-        if values is not None:
-            columns |= dict(zip(names, values.T, strict=True))
-    vertices = np.empty(
-        mesh.vertex_count, [(name, v.dtype.newbyteorder("<")) for name, v in columns.items()]
-    )
-    for name, values in columns.items():
-        vertices[name] = values
+    columns = vertex_columns(mesh.points, mesh.normals, mesh.uvs, mesh.tags, mesh.colours)
     kinds = {name: values.dtype for name, values in columns.items()}
     head = ply_head(kinds, mesh.vertex_count, mesh.triangle_count)
-    return head + vertices.tobytes() + ply_faces(mesh.triangles)
+    return head + ply_vertices(columns) + ply_faces(mesh.triangles)
+
+
+def vertex_columns(
+    points: NDArray[np.floating],
+    normals: NDArray[np.float32] | None = None,
+    uvs: NDArray[np.float32] | None = None,
+    tags: NDArray[np.float32] | None = None,
+    colours: NDArray[np.float32] | None = None,
+) -> dict[str, NDArray]:
+    """The properties of vertices by name, in the order of a file; colours have 8 bits."""
+    columns: dict[str, NDArray] = dict(zip("xyz", points.T, strict=True))
+    bytes_ = None if colours is None else np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
+    for names, values in ((_NORMALS, normals), (_UVS[0], uvs), (_TAGS, tags), (_COLOURS, bytes_)):
+        if values is not None:
+            columns |= dict(zip(names, values.T, strict=True))
+    return columns
+
+
+def ply_vertices(columns: Mapping[str, NDArray]) -> bytes:
+    """Rows of vertices, of what `vertex_columns` gives."""
+    rows = np.empty(
+        len(columns["x"]), [(name, v.dtype.newbyteorder("<")) for name, v in columns.items()]
+    )
+    for name, values in columns.items():
+        rows[name] = values
+    return rows.tobytes()
 
 
 def ply_head(kinds: Mapping[str, np.dtype], vertex_count: int, triangle_count: int) -> bytes:

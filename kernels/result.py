@@ -96,6 +96,7 @@ class Left:
         numbers: the vertex of each number that stands for one in the temporary file, uint32.
         triangle_count: triangles left; three numbers each, uint32, are in the temporary file, in order.
         counters: as those of the same in core.
+        attributes: of the vertices, (n, 3) float32, by their names in `TriangleMesh`.
     """
 
     vertices: NDArray[np.float32]
@@ -103,3 +104,4 @@ class Left:
     numbers: NDArray[np.uint32]
     triangle_count: int
     counters: Mapping[str, int | float]
+    attributes: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)

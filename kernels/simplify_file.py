@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import re
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 
-from lodbench.datasets_gen.ply import ply_faces, ply_head
+from lodbench.datasets_gen.ply import ply_faces, ply_head, ply_vertices, vertex_columns
 from lodbench.kernels import verbs
 from lodbench.kernels.api import open_device, simplify_mesh
 from lodbench.kernels.opencl import Device, Unsupported
@@ -44,7 +45,7 @@ class Written:
         vertices, triangles: of the output.
         streamed: was it done in batches?
         extras: what the input has and the output has not, by name.
-        counters: those of the method.
+        counters: those of the method; in core some are made, of the mesh, when they are first asked for.
     """
 
     path: Path
@@ -54,7 +55,7 @@ class Written:
     triangles: int
     streamed: bool
     extras: tuple[str, ...] = ()
-    counters: dict[str, int | float] = field(default_factory=dict)
+    counters: Mapping[str, int | float] = field(default_factory=dict)
 
 
 def memory_bytes(memory: int | str) -> int:
@@ -97,12 +98,16 @@ def simplify_file(
     """Fewer triangles of the same shape, from a file to a file.
 
     Where the mesh would not fit into `memory`, its triangles are streamed in batches through the same passes; the
-    output is then the one that is made in core, byte for byte. Out of core go binary PLY (triangles alone, x y z as
-    float or double, further properties skipped) and binary STL, to PLY, by method quadric_clustering without
-    remove_duplicates. Points of STL need not be merged for that: a cell's sums are over corners.
+    points and triangles are then those that are made in core, byte for byte. Out of core go binary PLY (triangles
+    alone, x y z as float or double) and binary STL, to PLY, by quadric_clustering and vertex_average without
+    remove_duplicates and warps. Points of STL need not be merged for the former: a cell's sums are over corners. The
+    latter, and border="keep", take PLY alone.
+
+    Normals and colours become means over cells, which are not parted at seams as they are in core; texture coordinates,
+    of which that would make nonsense, stay behind, and with attributes=False all of them do.
 
     The output takes its name when it is whole, whatever happens before that; the temporary file beside it, of 12 bytes
-    a triangle left, has no name. Out of core attributes stay behind, and a mesh with a border needs border="none".
+    a triangle left, has no name.
 
     Args:
         source: the mesh file.
@@ -143,7 +148,7 @@ def simplify_file(
     extras = tuple(name for name in extras if name not in kept)
     return Written(
         out, mesh.vertex_count, mesh.triangle_count, result.mesh.vertex_count,
-        result.mesh.triangle_count, False, extras, dict(result.counters),
+        result.mesh.triangle_count, False, extras, result.counters,
     )  # fmt: skip
 
 
@@ -197,7 +202,7 @@ def _streamed(
         raise read.FileError(f"{out}: cannot be written: {error.strerror or error}") from error
     return Written(
         out, file.vertex_count, file.triangle_count, len(left.vertices), left.triangle_count, True,
-        file.extras, dict(left.counters),
+        tuple(name for name in file.extras if name not in left.attributes), left.counters,
     )  # fmt: skip
 
 
@@ -205,15 +210,16 @@ def _write(left: Left, spill: BinaryIO, out: BinaryIO, rows: int, told: Told) ->
     """The PLY file that `ply.ply_file` makes of the mesh, written piece by piece."""
     from lodbench.datasets_gen.batches import pieces
 
-    kind = np.dtype(np.float32 if left.origin is None else np.float64)
-    out.write(ply_head(dict.fromkeys("xyz", kind), len(left.vertices), left.triangle_count))
-    for start, stop in pieces(len(left.vertices), rows):
+    for start, stop in [*pieces(len(left.vertices), rows)] or [(0, 0)]:
         points = left.vertices[start:stop]
-        out.write(
-            (points if left.origin is None else points + left.origin).astype(f"<{kind.char}").data
-        )
+        own = {name: values[start:stop] for name, values in left.attributes.items()}
+        columns = vertex_columns(points if left.origin is None else points + left.origin, **own)
+        if not start:
+            kinds = {name: values.dtype for name, values in columns.items()}
+            out.write(ply_head(kinds, len(left.vertices), left.triangle_count))
+        out.write(ply_vertices(columns))
     spill.seek(0)
     for start, stop in pieces(left.triangle_count, rows):
         numbers = np.frombuffer(spill.read(12 * (stop - start)), np.uint32).reshape(-1, 3)
         out.write(ply_faces(left.numbers[numbers]))
-        told("write", 1 - 0.02 * (1 - stop / left.triangle_count))
+        told("write", 1 - 0.05 * (1 - stop / left.triangle_count))

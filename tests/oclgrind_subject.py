@@ -6,9 +6,12 @@ The last line of standard output is JSON: the checks that failed, the reasons to
 import dataclasses
 import json
 import sys
+import tempfile
 
 import numpy as np
 
+from lodbench.datasets_gen import read
+from lodbench.datasets_gen.batches import MeshFile
 from lodbench.datasets_gen.nurbs import ball, quilt
 from lodbench.datasets_gen.patches import cup
 from lodbench.datasets_gen.surfaces import (
@@ -20,9 +23,6 @@ from lodbench.datasets_gen.surfaces import (
 from lodbench.datasets_gen.triangles import icosphere, plane
 from lodbench.harness.measure.limits import measure, measure_compaction
 from lodbench.harness.plan.registry import systems
-from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.cluster.quadric_clustering import Params as Clustering
-from lodbench.kernels.cluster.quadric_clustering.batches import Batches
 from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.opencl.launch import Launch
 from lodbench.kernels.opencl.timeline import Timeline
@@ -148,6 +148,8 @@ def run_system(device, name):
     if name in ("adaptive_patterns", "level_chain"):
         failed += run_in_chunks(device, system)
     failed += run_mapped(device, system)
+    if system.streams is not None:
+        run_streamed(device, system)
     simplify = getattr(sys.modules[system.prepare.__module__.rpartition(".")[0]], "simplify", None)
     if (
         simplify is not None
@@ -159,17 +161,22 @@ def run_system(device, name):
             simplify(device, icosphere(0), target_count=16, remove_duplicates=True)
         if name == "quadric_clustering":
             simplify(device, plane(3), target_count=10, border="keep")
-            run_batch(device, icosphere(0))
     return failed, skipped
 
 
-def run_batch(device, mesh):
-    """What a file is streamed through."""
-    batches = Batches(device, Grid.over(*mesh.box, 3), Clustering(3), mesh.triangle_count)
-    batches.mark(mesh.positions)
-    batches.rank()
-    batches.accumulate(mesh.positions, mesh.triangles)
-    batches.solve()
+def run_streamed(device, system):
+    """A file in batches, with a border that is held or kept and normals that come along."""
+    sheet = plane(3)
+    mesh = dataclasses.replace(sheet, normals=np.ones_like(sheet.positions))
+    with tempfile.TemporaryDirectory() as folder:
+        read.write_mesh(f"{folder}/a.ply", mesh)
+        ways = [{"cells": 3}]
+        if hasattr(next(iter(system.cases.values())), "border"):
+            ways.append({"target_count": 10, "border": "keep"})
+        for options in ways:
+            with tempfile.TemporaryFile() as spill:
+                file = MeshFile(f"{folder}/a.ply")
+                system.streams(device, file, spill, 7, lambda what, share: None, **options)
 
 
 def run_mapped(device, system):

@@ -42,7 +42,8 @@ def records_kept(folder: Path) -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         raise Stopped(
-            130, f"interrupted; what was measured is kept: go on with --resume --out {folder}"
+            interrupt.code(),
+            f"{interrupt.WORDS[interrupt.code()]}; what was measured is kept: go on with --resume --out {folder}",
         ) from None
     except OSError as error:
         if error.errno not in (errno.ENOSPC, errno.EDQUOT):
@@ -89,7 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         code = int(app(words, standalone_mode=False, prog_name="lodbench") or 0)
         # typer itself turns Ctrl-C into an exit code
-        return interrupted(debug) if code == interrupt.CODE else code
+        return interrupted(debug) if code in interrupt.WORDS else code
     except KeyboardInterrupt:
         return interrupted(debug)
     except Stopped as stopped:
@@ -116,14 +117,14 @@ def _text(error: Exception) -> str:
 
 
 def interrupted(debug: bool = False) -> int:
-    """Say that Ctrl-C ended the command; the exit code."""
-    return _end(interrupt.CODE, "interrupted", debug)
+    """Say that Ctrl-C or SIGTERM ended the command; the exit code."""
+    return _end(interrupt.code(), interrupt.WORDS[interrupt.code()], debug)
 
 
 def _end(code: int, text: str, debug: bool) -> int:
-    if code == interrupt.CODE:
+    if code in interrupt.WORDS:
         interrupt.over()
     if debug:
         traceback.print_exc()
-    say(f"{'stopped' if code == 130 else 'error'}: {text}", err=True)
+    say(f"{'stopped' if code in interrupt.WORDS else 'error'}: {text}", err=True)
     return code

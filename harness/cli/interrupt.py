@@ -1,8 +1,9 @@
 """Ctrl-C, from the first line of the command to the last: exit code 130 and one line, whatever swallows the exception.
 
-Python raises KeyboardInterrupt wherever the main thread is. Packages that catch everything while they are imported
-(trimesh and matplotlib do) lose it, and so does whatever runs while an object is freed. So an interrupt during an
-import waits for its end, and one that came to nothing is raised again until the command says that it has ended.
+SIGTERM ends it in the same way, with 143, so that what was begun is put away. Python raises KeyboardInterrupt wherever
+the main thread is. Packages that catch everything while they are imported (trimesh and matplotlib do) lose it, and so
+does whatever runs while an object is freed. So an interrupt during an import waits for its end, and one that came to
+nothing is raised again until the command says that it has ended.
 """
 
 from __future__ import annotations
@@ -14,8 +15,7 @@ import sys
 from types import FrameType
 from typing import Any
 
-CODE = 130  # 128 + SIGINT, as shells have it
-LINE = "stopped: interrupted"
+WORDS = {130: "interrupted", 143: "terminated"}  # by 128 + SIGINT, SIGTERM, as shells have them
 AGAIN_S = 0.05
 _PATIENCE = 3  # so many times Ctrl-C, and the process ends where it is
 
@@ -23,10 +23,13 @@ _running = (
     False  # between the imports and the end of the command, when there is something to unwind
 )
 _pressed = 0
+_signal = int(signal.SIGINT)  # the last that came
 
 
 def install() -> None:
-    """Take Ctrl-C over from Python; where it is ignored, as after `nohup`, it stays ignored."""
+    """Take Ctrl-C and SIGTERM over from Python; where one is ignored, as after `nohup`, it stays ignored."""
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, _interrupted)
     if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         return
     signal.signal(signal.SIGINT, _interrupted)
@@ -44,8 +47,14 @@ def _unraisable(what: Any) -> None:
 
 def _done() -> None:
     """All is over but Python's own end: the exit code stands."""
-    if signal.getsignal(signal.SIGINT) is _interrupted:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(number) is _interrupted:
+            signal.signal(number, signal.SIG_IGN)
+
+
+def code() -> int:
+    """What the command ends with."""
+    return 128 + _signal
 
 
 def running(whether: bool) -> None:
@@ -68,8 +77,8 @@ def over() -> None:
 
 
 def _interrupted(number: int, frame: FrameType | None) -> None:
-    global _pressed
-    _pressed += 1
+    global _pressed, _signal
+    _pressed, _signal = _pressed + 1, number
     if not _running or _pressed >= _PATIENCE:
         _leave()
     _again(number, frame)
@@ -102,5 +111,5 @@ def _leave() -> None:
     caches = sys.modules.get("lodbench.kernels.opencl.caches")
     if caches is not None:
         caches.mark.end()  # what ends here did not die of a damaged kernel
-    os.write(2, f"{LINE}\n".encode())
-    os._exit(CODE)
+    os.write(2, f"stopped: {WORDS[code()]}\n".encode())
+    os._exit(code())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -108,14 +109,14 @@ def _within(
     for name, path in (("IN", source), ("OUT", target.path)):
         if str(path) == STANDARD:
             raise ValueError(f"{name}: expected a file with --memory, got {STANDARD}")
-    with Progress(1.0, quiet or json_output) as progress:
+    with Progress(1.0, quiet or json_output or not sys.stderr.isatty()) as progress:
         at: tuple[str, float] = "", 0.0
 
         def told(what: str, share: float) -> None:
             nonlocal at
-            progress.advance(share - at[1])
             if what != at[0]:
                 progress.task(f"{source.name}: {what}")
+            progress.advance(share - at[1])
             at = what, share
 
         made = simplify_file(source, target.path, memory=memory, told=told, **options)
@@ -129,7 +130,7 @@ def _within(
         "vertices_out": made.vertices,
         "lost": list(made.extras),
         "wall_s": time.perf_counter() - started,
-        "counters": made.counters,
+        "counters": dict(made.counters) if json_output else made.counters,
     }
     _say(facts, target, json_output, quiet)
 
@@ -183,7 +184,7 @@ def simplify(
         typer.Option(
             "--memory",
             help="At most so much memory, such as 512M or 2G: a larger binary PLY or STL is streamed, with the same "
-            "result.",
+            "points and triangles; normals and colours are not parted at seams.",
         ),
     ] = None,
     settings: OwnOption = None,

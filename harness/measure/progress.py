@@ -69,7 +69,9 @@ class Progress:
         return f"about {duration(spent * (self._total - self._done) / measured)} left"
 
     def task(self, what: str) -> None:
-        """A new piece of the work begins."""
+        """A new piece of the work begins; with the first one the clock does."""
+        if not self._task:
+            self._start = time.perf_counter()
         self._task = what
         if self._bar is not None:
             self._bar.update(self._id, description=what, left=self.left())

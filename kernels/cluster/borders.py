@@ -25,18 +25,31 @@ def used_once(edges: Indices, positions: Floats) -> Indices:
     Returns:
         (borders, 3) uint32 in the same order.
     """
-    alone = edges[_single(edges[:, :2])]
+    alone = edges[single(edges[:, :2])]
     vertices, ends = np.unique(alone[:, :2], return_inverse=True)
-    _, places = np.unique(positions[vertices] + 0.0, axis=0, return_inverse=True)  # -0 is 0
-    return alone[_single(places.reshape(-1)[ends].reshape(-1, 2))]
+    return alone[single(places(positions[vertices])[ends].reshape(-1, 2))]
 
 
-def _single(pairs: NDArray[np.integer]) -> NDArray[np.bool_]:
+def places(positions: Floats) -> NDArray[np.intp]:
+    """A number for each of (k, 3) positions, the same for those that are equal."""
+    bits = (positions + np.float32(0)).view(np.uint32).astype(np.uint64)  # -0 is 0
+    found = bits[:, 0]
+    for axis in (1, 2):  # two sorts of one number each: quicker than one of rows
+        _, found = np.unique(found << np.uint64(32) | bits[:, axis], return_inverse=True)
+        found = found.astype(np.uint64)
+    return found.astype(np.intp)
+
+
+def single(pairs: NDArray[np.integer]) -> NDArray[np.bool_]:
     """Which (from, to) are those of one row alone, whichever way, and of two different ends?"""
+    _, which, uses = np.unique(unordered(pairs), return_inverse=True, return_counts=True)
+    return (uses[which] == 1) & (pairs[:, 0] != pairs[:, 1])
+
+
+def unordered(pairs: NDArray[np.integer]) -> NDArray[np.uint64]:
+    """A number for each (from, to), the same for both ways."""
     low, high = pairs.min(axis=1), pairs.max(axis=1)
-    keys = low.astype(np.uint64) << np.uint64(32) | high.astype(np.uint64)
-    _, which, uses = np.unique(keys, return_inverse=True, return_counts=True)
-    return (uses[which] == 1) & (low != high)
+    return low.astype(np.uint64) << np.uint64(32) | high.astype(np.uint64)
 
 
 def edges_of(triangles: Indices) -> Indices:
@@ -74,7 +87,13 @@ def border_edges(device: Device, program: Program, triangles: Buffer, positions:
         triangles: uint32, (m, 3).
         positions: of the mesh, (n, 3), on the host.
     """
-    marks = device.allocate("marks", len(positions), np.int32)
+    found = candidates(device, program, triangles, len(positions))
+    return used_once(found, positions) if len(found) else NO_EDGES
+
+
+def candidates(device: Device, program: Program, triangles: Buffer, vertex_count: int) -> Indices:
+    """Edges of a mesh on the device that hold every use of each border edge, as `border_edges` has them; few."""
+    marks = device.allocate("marks", vertex_count, np.int32)
     device.fill(Timeline(), "borders", marks, 0)
     _launch(device, program, triangles, "mark", marks=marks)
     chunks = chunk_count(device, max(triangles.shape[0], 1))
@@ -85,7 +104,7 @@ def border_edges(device: Device, program: Program, triangles: Buffer, positions:
         return NO_EDGES
     edges = device.allocate("edges", (rows, 3), np.uint32)
     _launch(device, program, triangles, "write", marks=marks, chunk_sums=chunk_sums, edges=edges)
-    return used_once(device.read(edges), positions)
+    return device.read(edges)
 
 
 def _launch(

@@ -8,7 +8,7 @@ import pytest
 
 from lodbench.datasets_gen import read
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.datasets_gen.triangles import displaced_icosphere
+from lodbench.datasets_gen.triangles import displaced_icosphere, terrain
 from lodbench.harness.distributed import simplify
 from lodbench.kernels import simplify_mesh
 
@@ -40,7 +40,7 @@ def client():
 
 
 class Deadly:
-    """A piece whose worker dies as it is read for the third time: in the middle of the last pass."""
+    """A piece whose worker dies as it is read for the fourth time: in the middle of the last pass."""
 
     def __init__(self, points, faces, folder):
         self._points, self.faces, self._folder = points, faces, folder
@@ -49,7 +49,7 @@ class Deadly:
     def vertices(self):
         reads = len(list(self._folder.iterdir()))
         (self._folder / f"{reads}-{time.monotonic_ns()}").touch()
-        if reads == 2:
+        if reads == 3:
             os.kill(os.getpid(), signal.SIGKILL)
         return self._points
 
@@ -71,10 +71,31 @@ def test_pieces_have_the_bytes_of_the_whole_in_core(client, device, tmp_path):
         simplify(pieces, client, cells=9, box=(low, high - 0.5))
 
 
+def test_borders_are_those_of_the_whole_and_not_of_its_pieces(client, device):
+    mesh = terrain(24).bare()
+    pieces = pieces_of(mesh, 5)
+    for options in ({}, {"border": "none"}, {"placement": "average"}):
+        expected = simplify_mesh(device, mesh, cells=6, accumulate="fixed_point", **options).mesh
+        assert same(simplify(pieces, client, cells=6, device=device, **options), expected)
+    parted = TriangleMesh(
+        np.concatenate([points for points, _ in pieces]),
+        np.concatenate(
+            [
+                faces + sum(len(points) for points, _ in pieces[:number])
+                for number, (_, faces) in enumerate(pieces)
+            ]
+        ),
+    )
+    expected = simplify_mesh(device, parted, cells=6, accumulate="fixed_point").mesh
+    assert same(simplify(pieces, client, cells=6, device=device), expected)
+    assert same(simplify([parted], client, cells=6, device=device), expected)
+
+
 def test_what_cannot_be_merged_is_refused(client):
     for options in (
         {"accumulate": "private"},
         {"remove_duplicates": True},
+        {"border": "keep"},
         {"cells": None, "target_count": 9},
     ):
         with pytest.raises(ValueError, match="expected"):
@@ -93,7 +114,7 @@ def test_a_worker_that_is_killed_changes_nothing(device, tmp_path):
     distributed = pytest.importorskip("distributed")
     cloudpickle = pytest.importorskip("cloudpickle")
     cloudpickle.register_pickle_by_value(sys.modules[__name__])
-    mesh = displaced_icosphere(40)
+    mesh = terrain(60).bare()
     pieces = pieces_of(mesh, 12)
     pieces[7] = Deadly(*pieces[7], tmp_path)
     expected = simplify_mesh(device, mesh, cells=30, accumulate="fixed_point").mesh
@@ -104,4 +125,4 @@ def test_a_worker_that_is_killed_changes_nothing(device, tmp_path):
         distributed.Client(cluster) as client,
     ):
         assert same(simplify(pieces, client, cells=30, device=device), expected)
-    assert len(list(tmp_path.iterdir())) >= 4, "read again after its worker died"
+    assert len(list(tmp_path.iterdir())) >= 5, "read again after its worker died"

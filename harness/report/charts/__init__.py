@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from lodbench.harness.report.charts import bars, curves, stages
+from lodbench.harness.report.charts import bars, curves, scales, stages
 from lodbench.harness.report.charts.chart_data import Chart, ChartData, styles
 
 __all__ = ["CHARTS", "Chart", "ChartData", "styles"]
@@ -18,6 +18,8 @@ CHARTS: dict[str, tuple[str, Callable[[ChartData], Chart | None]]] = {
     "stage-fps": ("Frames per second without drawing", bars.stages_per_second),
     "footprint": ("Footprint", bars.footprint),
     "stages": ("Stages", stages.stages),
+    "cores": ("Time against cores", scales.over_cores),
+    "memory": ("Memory and rate against size", scales.memory_and_rate),
     "path": ("Along the camera path", curves.along_path),
     "samples": ("Samples", bars.samples),
 }

@@ -54,7 +54,7 @@ def _panels(
     return canvas, [(a, cases[n]) for a, n in zip(grid, shown, strict=False)], len(cases)
 
 
-def _ticks(axis: Axis, unit: str, values: list[float], room: float) -> tuple[float, float]:
+def ticks(axis: Axis, unit: str, values: list[float], room: float) -> tuple[float, float]:
     """Ticks for a log axis that has `room` (1: all of the canvas), and its limits: some space around the values."""
     low, high = min(values) / 1.4, max(values) * 1.4
     decades = np.log10(high / low) / room
@@ -98,7 +98,7 @@ def _label_ends(axes: Axes, ends: list[tuple[float, float, str, str]]) -> None:
         )
 
 
-def _curve(axes: Axes, style: Style, rows: list[Row], x: str, y: str, label: str) -> Row:
+def curve(axes: Axes, style: Style, rows: list[Row], x: str, y: str, label: str) -> Row:
     """One system's points, joined through the median of each place; hollow where noisy. Returns the last row."""
     colour, marker = style
     rows = sorted(rows, key=lambda row: row[x])
@@ -136,13 +136,13 @@ def _draw(
         visible = [row for _, other in panels for row in other] if shared else part
         axes.loglog()
         room = 1.0 if len(panels) < 2 else 0.75 if len(panels) in (2, 4) else 0.5
-        axes.set_xlim(_ticks(axes.xaxis, x[2], [row[x[0]] for row in visible], room))
-        axes.set_ylim(_ticks(axes.yaxis, y[2], [row[y[0]] for row in visible], 1.0))
+        axes.set_xlim(ticks(axes.xaxis, x[2], [row[x[0]] for row in visible], room))
+        axes.set_ylim(ticks(axes.yaxis, y[2], [row[y[0]] for row in visible], 1.0))
         axes.grid(True)
         ends = []
         for name, own in by(part, lambda row: row["system"]).items():
             style = chart_data.style(name)
-            last = _curve(axes, style, own, x[0], y[0], name)
+            last = curve(axes, style, own, x[0], y[0], name)
             fit = log_slope([row[x[0]] for row in own], [row[y[0]] for row in own])
             power = f"  n^{fit[0]:.2f}" if fitted and fit and len(own) > 2 else ""
             ends.append((last[x[0]], last[y[0]], name + power, style[0]))

@@ -34,10 +34,11 @@ CUBE = "float warp(const float t, const int axis) { return t * (0.2f + t * t); }
 
 
 def streams(*arguments: Any, **options: Any) -> Left:
-    """See `simplify_batches`."""
-    from lodbench.kernels.cluster.quadric_clustering.streaming import simplify_batches  # trimesh
+    """See `cluster/streaming.py`."""
+    from lodbench.kernels.cluster.quadric_clustering.batches import Batches  # trimesh
+    from lodbench.kernels.cluster.streaming import streamer
 
-    return simplify_batches(*arguments, **options)
+    return streamer(Batches, Params)(*arguments, **options)
 
 
 SYSTEM = System(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster import prepare as family
+from lodbench.kernels.cluster.borders import NO_EDGES
 from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.quadric_clustering import slabs
@@ -31,6 +32,7 @@ FILES = tuple(
     f"{FOLDER}/{name}.cl" for name in ("setup", "fragment", "geometry", "geometry_emit", "border")
 )
 FIXED_POINT = f"{FOLDER}/geometry_fixed_point.cl"
+BORDER_FIXED_POINT = f"{FOLDER}/border_fixed_point.cl"
 ATOMICS = "cl_khr_int64_base_atomics"
 _PREFIX = "quadric_clustering_"
 
@@ -62,7 +64,10 @@ def placing(grid: Grid, params: Params) -> dict[str, Any]:
 
 
 def fixed_point_scale(
-    exponents: NDArray[np.floating], grid: Grid, triangle_count: int, border: float = 0.0
+    exponents: NDArray[np.floating],
+    grid: Grid,
+    triangle_count: int,
+    border: NDArray[np.floating],
 ) -> tuple[float, float, float]:
     """Powers of two for A, b and positions, as large as sums of all triangles in one cell allow.
 
@@ -70,14 +75,25 @@ def fixed_point_scale(
         exponents: triangles by the exponent of a third of their area, (256,).
         grid: whose units areas are in.
         triangle_count: all there are.
-        border: the sum of the squares of border edges' lengths, where they add planes.
+        border: border edges that add planes, by the exponent of the square of their length, (256,).
     """
-    area = 3 * float(exponents @ np.exp2(np.arange(256) - 126.0)) + 2 * HEAVINESS * border
+    most = np.exp2(np.arange(256) - 126.0)  # of an exponent
+    area = 3 * float(exponents @ most) + 2 * HEAVINESS * float(border @ most)
     reach = 2 * max(grid.extent, 1.0)  # no corner is farther than sqrt(3) extents
     bounds = (area, area * reach, 3 * max(triangle_count, 1) * reach)
     exponent = [np.clip(62 - np.ceil(np.log2(max(b, 1e-30))), -100, 100) for b in bounds]
     scale_a, scale_b, scale_p = (float(2.0**e) for e in exponent)
     return scale_a, scale_b, scale_p
+
+
+def squares_by_exponent(ends: NDArray[np.float32]) -> NDArray[np.float64]:
+    """How many pairs of points, (k, 2, 3), have a distance whose square has each exponent of float32, (256,).
+
+    Counts are the same in any order, which sums are not.
+    """
+    x, y, z = (ends[:, 1] - ends[:, 0]).T
+    exponents = (x * x + y * y + z * z).view(np.uint32) >> np.uint32(23)
+    return np.bincount(exponents, minlength=256).astype(np.float64)
 
 
 class QuadricClustering(Clustering):
@@ -106,8 +122,7 @@ class QuadricClustering(Clustering):
         self.fused = self.floats and params.strategy == "fused"
         if not self.floats:
             with self.setup.host("build"):
-                files = (FIXED_POINT, f"{FOLDER}/border_fixed_point.cl")
-                self._programs.append(device.build(*files))
+                self._programs.append(device.build(FIXED_POINT, BORDER_FIXED_POINT))
         self.first = "pass_1_and_3" if self.fused else "pass_1"
         self.third = "pass_1_and_3" if self.fused else "pass_3"
         with self.setup.host("size"):
@@ -199,13 +214,9 @@ class QuadricClustering(Clustering):
             triangle_count=self._triangles, chunk_count=chunks,
         )(Timeline())  # fmt: skip
         counts = device.read(exponents).sum(0, dtype=np.float64)
-        lengths = self._border_lengths() if self.params.holds_border else 0.0
-        return fixed_point_scale(counts, self.grid, self._triangles, lengths)
-
-    def _border_lengths(self) -> float:
-        """The sum of the squares of the border edges' lengths, in units."""
-        ends = self.grid.points(self._mesh.positions)[self.border[:, :2]].astype(np.float64)
-        return float(((ends[:, 1] - ends[:, 0]) ** 2).sum())
+        border = self.border if self.params.holds_border else NO_EDGES
+        squares = squares_by_exponent(self.grid.points(self._mesh.positions[border[:, :2]]))
+        return fixed_point_scale(counts, self.grid, self._triangles, squares)
 
     def _prepare_solve(self) -> None:
         """Pass 2: representatives of all occupied cells."""

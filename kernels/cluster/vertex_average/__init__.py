@@ -8,13 +8,25 @@ DeCoro & Tatarchuk 2007, slide 14, compare with it.
 
 from __future__ import annotations
 
+from typing import Any
+
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.prepare import simplifier
 from lodbench.kernels.cluster.vertex_average.host import prepare
 from lodbench.kernels.cluster.vertex_average.params import Params
+from lodbench.kernels.result import Left
 from lodbench.kernels.system import System
 
 __all__ = ["SYSTEM", "Params"]
+
+
+def streams(*arguments: Any, **options: Any) -> Left:
+    """See `cluster/streaming.py`."""
+    from lodbench.kernels.cluster.streaming import streamer  # trimesh
+    from lodbench.kernels.cluster.vertex_average.batches import Batches
+
+    return streamer(Batches, Params)(*arguments, **options)
+
 
 SYSTEM = System(
     name="vertex_average",
@@ -24,4 +36,5 @@ SYSTEM = System(
     prepare=prepare,
     cases={"cells_64": Params(64), "tenth": Params(target_reduction=0.9)},
     verbs={"simplify": simplifier(prepare, Params)},
+    streams=streams,
 )

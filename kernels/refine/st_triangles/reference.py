@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lodbench.kernels.refine.pn_triangles.reference import (
     cubic_points,
@@ -20,7 +21,7 @@ TURN = np.pi / 4  # the most that a bias turns a crease
 
 
 def tagged(
-    P: Doubles, N: Doubles, wuv: Doubles, tags: Doubles, from_p2: Doubles
+    P: Doubles, N: Doubles, wuv: Doubles, tags: Doubles, from_p2: NDArray[np.bool_]
 ) -> tuple[Doubles, Doubles]:
     """Points and normals of any length, (m, n, 3) each.
 

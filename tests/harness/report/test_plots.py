@@ -7,10 +7,11 @@ from PIL import Image
 
 from lodbench.harness.measure.limits import Limits
 from lodbench.harness.record.record import read_run
-from lodbench.harness.report.charts import CHARTS, ChartData, bars, curves, stages, styles
+from lodbench.harness.report.charts import CHARTS, ChartData, bars, curves, scales, stages, styles
 from lodbench.harness.report.charts.chart_data import case, varying
 from lodbench.harness.report.plots import documents, write_figures
 from tests.harness.made_run import edit_table, make_run
+from tests.harness.records import group, rows_of, subject
 
 
 @pytest.fixture(scope="module")
@@ -199,3 +200,49 @@ def test_a_broken_table_is_named(run_folder, tmp_path):
     (folder / "tables/clustering.json").unlink()
     drawn = {figure.kind for figure in write_figures(folder)}
     assert drawn == {"stages", "samples"}  # what the samples alone tell
+
+
+def made(name, *groups):
+    """A chart's data of a table of made-up records."""
+    _, document = rows_of(name, *groups)
+    return ChartData(document, [], styles([[row["system"] for row in document["rows"]]]))
+
+
+def test_projections_over_cores_are_dashed_and_named():
+    def subjects():
+        yield subject("private", [0.006] * 6, system="quadric_clustering")
+        yield subject("private_one_core", [0.011] * 6, system="quadric_clustering")
+        for cores in (2, 16):
+            counters = {
+                "chain_s": 0.01 / cores,
+                "chain_pass_1_and_3_s": 0.008 / cores,
+                "chain_pass_2_s": 0.002 / cores,
+            }
+            yield subject(f"private_on_{cores}", [0.1] * 4, system="projected_cores", counters=counters,
+                          params={"cores": cores})  # fmt: skip
+
+    chart = scales.over_cores(
+        made("scaling", group(*subjects(), table="scaling", dataset="bunny_69k"))
+    )
+    assert chart is not None and "a projection" in chart.caption
+    time, shares = chart.canvas.axes
+    dashed = [line for line in time.lines if line.get_linestyle() == "--"]
+    assert [list(line.get_xdata()) for line in dashed] == [[2, 16]]
+    assert sorted(bar.get_height() for bar in shares.patches) == pytest.approx([20, 20, 80, 80])
+    assert "a projection" in [text.get_text() for text in chart.canvas.legends[0].texts]
+
+
+def test_memory_is_drawn_over_sizes_with_what_was_allowed():
+    groups = [
+        group(
+            subject("out_of_core", [0.2] * 5, system="simplify_file", counters={
+                "triangles": 9, "triangles_read": size, "peak_bytes": 70 * size, "memory_limit_bytes": 90 * size}),
+            table="out_of_core", dataset="dragon_100k", copies=size,
+        )
+        for size in (10**6, 10**7)
+    ]  # fmt: skip
+    chart = scales.memory_and_rate(made("out_of_core", *groups))
+    assert chart is not None
+    allowed = [line for line in chart.canvas.axes[0].lines if line.get_marker() == "_"]
+    assert list(allowed[0].get_ydata()) == [90 * 10**6, 90 * 10**7]
+    assert scales.memory_and_rate(made("out_of_core", groups[0])) is None

@@ -36,7 +36,7 @@ def test_rows_have_rate_memory_and_whether_the_bytes_are_the_same():
 
 def test_a_hundred_million_triangles_are_asked_for(monkeypatch):
     monkeypatch.delenv(out_of_core.HUGE, raising=False)
-    assert len(table("out_of_core").groups(False)) == 2
+    assert len(table("out_of_core").groups(False)) == 5
     monkeypatch.setenv(out_of_core.HUGE, "1")
     assert len(table("out_of_core").groups(True)) == 1
     huge = table("out_of_core").groups(False)[-1]
