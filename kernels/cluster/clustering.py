@@ -16,7 +16,7 @@ from lodbench.kernels.cluster import turned
 from lodbench.kernels.cluster.borders import NO_EDGES, NO_VERTICES, border_vertices
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.search import Found
-from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.cluster.target import ClusterTarget
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.cluster.warp import Warp
 from lodbench.kernels.opencl import Buffer, Device, DeviceError, Launch, Program, Timeline
@@ -58,7 +58,7 @@ class Clustering(DeviceSubject):
         kept: border vertices that stay by themselves; they have the ranks after those of the cells.
     """
 
-    def __init__(self, upload: Upload, params: GridTarget, found: Found | None) -> None:
+    def __init__(self, upload: Upload, params: ClusterTarget, found: Found | None) -> None:
         super().__init__(upload.device, upload.setup)
         self.params, self.found = params, found
         self.hold("input", upload.positions, upload.triangles)
@@ -70,7 +70,7 @@ class Clustering(DeviceSubject):
         if upload.warp is not None:
             self.grid = upload.warp.even(params.grid_cells)
         self.border, self.kept, self._found = NO_EDGES, NO_VERTICES, 0
-        if isinstance(params, GridTarget) and params.uses_border:
+        if params.uses_border:
             self.border = upload.border_edges
             self.kept = border_vertices(self.border) if params.keeps_border else NO_VERTICES
 
@@ -312,7 +312,7 @@ class Clustering(DeviceSubject):
         """
         fates = self.fates()
         found = np.flatnonzero(fates == turned.SURVIVES if remove_flipped else fates)
-        if getattr(self.params, "remove_duplicates", False):
+        if self.params.remove_duplicates:
             rows = self.vertex_map()[self._mesh.triangles[found]].reshape(-1, 3)
             found = found[turned.first_of_each(rows, self.live()[0])]
         return found, fates[found]
@@ -322,7 +322,7 @@ class Clustering(DeviceSubject):
         vertices, triangles = self.live()
         rows = self.device.read(self.survivors, triangles).reshape(-1, 3)
         # of all fates where each survivor is in the output: quicker than finding the rows
-        distinct = getattr(self.params, "remove_duplicates", False)
+        distinct = self.params.remove_duplicates
         fates = self.sources()[1] if distinct else self.fates()
         return {
             "duplicate_triangles": turned.duplicates(rows, vertices),

@@ -57,18 +57,25 @@ def prepare(
     asked = params.triangles(mesh.triangle_count)
     if asked is None:
         return make(upload, params, None)
-    distinct = getattr(params, "remove_duplicates", False)
+    distinct = params.remove_duplicates
     found = search_cells(upload, asked, distinct, kept)
     if found.cells is not None:
         params = replace(params, target_reduction=None, target_count=None, cells=found.cells)
         return make(upload, params, found)
-    left = upload
+    return unchanged(upload, asked, distinct, files, found.counts)
+
+
+def unchanged(
+    upload: Upload, asked: int, distinct: bool, files: Sequence[str], passes: int = 0
+) -> Unchanged:
+    """The mesh itself behind the contract, without duplicates where they are to go."""
+    device, mesh, left = upload.device, upload.mesh, upload
     if distinct:
         left = Upload(device, without_duplicates(mesh), files)
         upload.setup.stage_s |= left.setup.stage_s
     counters = {
         "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
-        "counting_passes": found.counts, **missed(asked, left.mesh.triangle_count),
+        "counting_passes": passes, **missed(asked, left.mesh.triangle_count),
     }  # fmt: skip
     return Unchanged(device, left.mesh, left.positions, left.triangles, upload.setup, counters)
 

@@ -37,7 +37,8 @@ SYSTEM = System(
         "third": Params(target_reduction=0.67, levels=6),
         "error": Params(max_error=0.01, levels=6),
         "rms": Params(max_error=0.01, levels=5, rule="rms"),
-        "total": Params(max_error=0.002, levels=5, rule="total", whole=False),
+        "total": Params(max_error=0.0002, levels=5, rule="total", remove_duplicates=True),
+        "cubes": Params(target_reduction=0.9, shape="cubes", border="keep"),
     },
     verbs={"simplify": simplify},
 )

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.borders import NO_VERTICES, edges_of, used_once
 from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.cluster.quadric_clustering.reference import NO_VERTEX, place
+from lodbench.kernels.cluster.quadric_clustering.reference import NO_VERTEX, border_quadrics, place
+from lodbench.kernels.cluster.unchanged import without_duplicates
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+ALONE = -1  # a node that is joined to none
 
 
 def morton(steps: Integers) -> Integers:
@@ -59,12 +63,19 @@ def moved(A: Floats, b: Floats, c: Floats, t: Floats) -> tuple[Floats, Floats]:
     return b - At, c - 2 * np.einsum("ni,ni->n", b, t) + np.einsum("ni,ni->n", t, At)
 
 
-def build(mesh: TriangleMesh, levels: int) -> Tree:
-    """The tree whose finest grid has 2^levels cells along the longest box edge.
+def build(mesh: TriangleMesh, cells: float, levels: int | None = None, held: bool = False) -> Tree:
+    """The tree whose finest grid has so many cells along the longest box edge.
+
+    Args:
+        mesh: what is simplified.
+        cells: a real number; the last cells may be cut.
+        levels: halvings down to these cells; None: no more than it takes.
+        held: border edges add their planes.
 
     Source: DeCoro & Tatarchuk 2007, slides 12, 15 and 29-31.
     """
-    grid = Grid.over(*mesh.box, 1 << levels)
+    grid = Grid.over(*mesh.box, cells)
+    levels = levels or max((max(grid.counts) - 1).bit_length(), 1)
     points32 = grid.points(mesh.positions)
     steps = np.clip(
         (points32 * grid.per_axis).astype(np.int64), 0, np.array(grid.counts, np.int64) - 1
@@ -108,6 +119,18 @@ def build(mesh: TriangleMesh, levels: int) -> Tree:
         np.add.at(c, node, area * d * d)
         np.add.at(corners, node, np.concatenate([local, np.ones((len(node), 1))], 1))
 
+    if held:
+        border = used_once(edges_of(mesh.triangles), mesh.positions)
+        own_A, _ = border_quadrics(points, border)
+        for end in (0, 1):
+            # planes through this end: about the centre b = -A t and c = t A t
+            node = leaves[border[:, end]]
+            t = points[border[:, end]] - centres[node]
+            b_own = -np.einsum("nij,nj->ni", own_A, t)
+            np.add.at(A, node, own_A)
+            np.add.at(b, node, b_own)
+            np.add.at(c, node, -np.einsum("ni,ni->n", b_own, t))
+
     # every parent is the sum of its children
     for level in range(levels):
         rows = np.arange(starts[level], starts[level + 1])
@@ -130,7 +153,13 @@ def build(mesh: TriangleMesh, levels: int) -> Tree:
     )  # fmt: skip
 
 
-def errors(tree: Tree, mesh: TriangleMesh, rule: str, whole: bool = True) -> Floats:
+def energies(A: Floats, b: Floats, c: Floats, x: Floats) -> Floats:
+    """The quadrics at points about their origins, (n,)."""
+    found = np.einsum("ni,nij,nj->n", x, A, x) + 2 * np.einsum("ni,ni->n", b, x) + c
+    return np.maximum(found, 0)
+
+
+def errors(tree: Tree, mesh: TriangleMesh, rule: str) -> Floats:
     """Of each node, (n,): a length in units of the finest cell edge; "total" is not divided by the mesh's area yet."""
     if rule == "maximum":
         found = np.zeros(len(tree.parents))
@@ -146,37 +175,209 @@ def errors(tree: Tree, mesh: TriangleMesh, rule: str, whole: bool = True) -> Flo
                 np.maximum.at(found, node, far)
                 node = tree.parents[node]
     else:
-        x = tree.points - tree.centres
-        energy = np.einsum("ni,nij,nj->n", x, tree.A, x)
-        energy += 2 * np.einsum("ni,ni->n", tree.b, x) + tree.c
+        energy = energies(tree.A, tree.b, tree.c, tree.points - tree.centres)
         if rule == "rms":
             energy /= np.maximum(np.trace(tree.A, axis1=1, axis2=2), 1e-30)
-        found = np.sqrt(np.maximum(energy, 0))
-    if whole:
-        for node in range(len(found) - 1):  # children come before their parents
-            found[tree.parents[node]] = max(found[tree.parents[node]], found[node])
+        found = np.sqrt(energy)
     return found
 
 
-def cut(tree: Tree, found: NDArray[np.floating], limit: float) -> Integers:
-    """The node of each vertex, (vertices,): the coarsest on its way to the root whose error keeps to the limit."""
+def solved(
+    tree: Tree, parents: Integers, members: Integers, rows: Integers
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Representatives (k, 3), energies, areas and margins (k,) of boxes.
+
+    Args:
+        tree: whose nodes are joined.
+        parents: the cube that each box is in, (k,).
+        members: nodes.
+        rows: the box that each of them is joined to.
+    """
+    k = len(parents)
+    A, b, c, corners = np.zeros((k, 3, 3)), np.zeros((k, 3)), np.zeros(k), np.zeros((k, 4))
+    t = tree.centres[members] - tree.centres[parents[rows]]
+    own_b, own_c = moved(tree.A[members], tree.b[members], tree.c[members], t)
+    own = tree.corners[members].copy()
+    own[:, :3] += own[:, 3:] * t
+    for total, added in ((A, tree.A[members]), (b, own_b), (c, own_c), (corners, own)):
+        np.add.at(total, rows, added)
+    edges = tree.edges[parents][:, None]
+    means = corners[:, :3] / np.maximum(corners[:, 3:], 1)
+    step, _, margins = place(A, (np.einsum("nij,nj->ni", A, means) + b) / edges, "robust", 1.0)
+    x = means + step * edges
+    area = np.trace(A, axis1=1, axis2=2)
+    return x + tree.centres[parents], energies(A, b, c, x), area, margins
+
+
+def choose(
+    tree: Tree, errors: Floats, limit: float, rule: str, boxed: bool = True
+) -> tuple[Integers, float]:
+    """What each node is joined to, (n,): its parent, the first child in a box, or ALONE; and what all vertices cost.
+
+    A vertex costs its energy and a price. From the finest level up each cube gets the cheapest of: one vertex; one for
+    each of the boxes, its halves, quarters and so on, that it is cut into; what its children have.
+
+    Source: Breiman et al. 1984, chapter 3, for trees of given nodes; boxes are a reconstruction.
+    """
+    price = limit**2 if rule == "total" else 1.0
+    leaves = int(tree.starts[-2]) if len(tree.starts) > 1 else 1
+
+    def energy(error: Floats) -> Floats:
+        return error**2 if rule == "total" else np.where(error <= limit, 0, np.inf)
+
+    own = energy(errors)
+    if rule != "total":
+        own[:leaves] = 0
+    costs = own + price
+    joins = np.full(len(tree.parents), ALONE)
+    for level in reversed(range(len(tree.starts) - 1)):
+        first, end = int(tree.starts[level]), int(tree.starts[level - 1]) if level else len(costs)
+        below = np.arange(tree.starts[level + 1], first)
+        up = tree.parents[below] - first
+        side = (tree.centres[below] > tree.centres[tree.parents[below]]).astype(int)
+        children = np.full((end - first, 8), -1)
+        children[up, side @ (1, 2, 4)] = below
+        there = children >= 0
+        cost: dict[tuple[int, ...], Floats] = {}
+        choice: dict[tuple[int, ...], Integers] = {}
+        shapes = sorted(itertools.product((0, 1, 2), repeat=3), key=lambda box: box.count(2))
+        for box in shapes:  # of each axis the lower half, the upper one or both
+            inside = [k for k in range(8) if all(d in (2, k >> a & 1) for a, d in enumerate(box))]
+            if len(inside) == 1:
+                cost[box] = np.where(there[:, inside[0]], costs[children[:, inside[0]]], 0)
+                continue
+            halves = {
+                axis: cost[(*box[:axis], 0, *box[axis + 1 :])]
+                + cost[(*box[:axis], 1, *box[axis + 1 :])]
+                for axis in range(3) if box[axis] == 2
+            }  # fmt: skip
+            axes = np.array(list(halves))
+            each = np.stack(list(halves.values()))
+            cost[box], choice[box] = each.min(0), axes[each.argmin(0)]
+            one = np.full(end - first, np.inf)
+            if len(inside) == 8:
+                one = own[first:end] + price
+            elif boxed:
+                several = there[:, inside].sum(1) > 1
+                rows = np.flatnonzero(several)
+                where = np.cumsum(several) - 1
+                cube, slot = np.nonzero(there[:, inside] & several[:, None])
+                members = children[:, inside][cube, slot]
+                _, joined, area, _ = solved(tree, first + rows, members, where[cube])
+                error = np.sqrt(joined if rule == "total" else joined / np.maximum(area, 1e-30))
+                one[rows] = energy(error) + price
+            if limit >= 0:
+                better = one <= cost[box]
+                cost[box] = np.where(better, one, cost[box])
+                choice[box] = np.where(better, ALONE, choice[box])
+        costs[first:end] = cost[2, 2, 2]
+        for cube in range(end - first):
+            waiting = [(2, 2, 2)]
+            while waiting:
+                box = waiting.pop()
+                inside = [
+                    int(children[cube, k]) for k in range(8)
+                    if there[cube, k] and all(d in (2, k >> a & 1) for a, d in enumerate(box))
+                ]  # fmt: skip
+                if box.count(2) and choice[box][cube] != ALONE:
+                    axis = int(choice[box][cube])
+                    waiting += [(*box[:axis], half, *box[axis + 1 :]) for half in (0, 1)]
+                elif box == (2, 2, 2):
+                    joins[inside] = first + cube
+                elif len(inside) > 1:
+                    joins[inside] = min(inside)
+    return joins, float(costs[-1])
+
+
+def cut(tree: Tree, joins: Integers) -> Integers:
+    """The node of each vertex, (vertices,): the largest that its finest cell is joined to."""
     chosen, node = tree.leaves.copy(), tree.leaves
     for _ in range(len(tree.starts) - 1):
+        chosen = np.where(joins[node] != ALONE, joins[node], chosen)
         node = tree.parents[node]
-        chosen = np.where(found[node] <= limit, node, chosen)
     return chosen
 
 
+def boxes_of(tree: Tree, joins: Integers) -> tuple[Integers, Integers]:
+    """The first children of boxes, ascending, and all children in boxes."""
+    firsts = np.flatnonzero(joins == np.arange(len(joins)))
+    members = np.flatnonzero(np.isin(joins, firsts))
+    return firsts, members[tree.parents[members] == tree.parents[joins[members]]]
+
+
+def depths(tree: Tree, joins: Integers, nodes: Integers, off: Floats) -> Floats:
+    """Mean squares of how far steps `off`, (k, 3), lead out of the planes of these nodes or the boxes that they are."""
+    A = tree.A.copy()
+    firsts, members = boxes_of(tree, joins)
+    A[firsts] = 0
+    np.add.at(A, joins[members], tree.A[members])
+    trace = np.trace(A, axis1=1, axis2=2)[nodes]
+    return np.einsum("ni,nij,nj->n", off, A[nodes], off) / np.maximum(trace, 1e-30)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Nodes as a cut uses them: a box's first child stands for the box; a row per node.
+
+    Attributes:
+        points: representatives in units of the finest cell edge, (n, 3).
+        energies, areas, margins: of their quadrics, (n,).
+        edges: how far a representative may be from the mean, (n,).
+        boxes: which nodes stand for boxes, (n,) bool.
+    """
+
+    points: Floats
+    energies: Floats
+    areas: Floats
+    margins: Floats
+    edges: Floats
+    boxes: NDArray[np.bool_]
+
+
+def cells_of(tree: Tree, joins: Integers) -> Cells:
+    """The tree's nodes, and the boxes that are joined."""
+    points, edges, margins = tree.points.copy(), tree.edges.copy(), tree.margins.copy()
+    areas = np.trace(tree.A, axis1=1, axis2=2)
+    energy = energies(tree.A, tree.b, tree.c, tree.points - tree.centres)
+    firsts, members = boxes_of(tree, joins)
+    parents = tree.parents[firsts]
+    found = solved(tree, parents, members, np.searchsorted(firsts, joins[members]))
+    points[firsts], energy[firsts], areas[firsts], margins[firsts] = found
+    edges[firsts] = tree.edges[parents]
+    return Cells(points, energy, areas, margins, edges, joins == np.arange(len(joins)))
+
+
 def emit(
-    tree: Tree, mesh: TriangleMesh, nodes: Integers
+    tree: Tree,
+    mesh: TriangleMesh,
+    nodes: Integers,
+    points: Floats | None = None,
+    kept: NDArray[np.integer] = NO_VERTICES,
+    distinct: bool = False,
 ) -> tuple[TriangleMesh, Integers, NDArray[np.uint32]]:
-    """The mesh that is left where vertices go to `nodes`, the node of each of its vertices, and the map to them."""
+    """The mesh that is left where vertices go to `nodes`, the node of each of its vertices, and the map to them.
+
+    Args:
+        tree: whose nodes they are.
+        mesh: what is simplified.
+        nodes: of each vertex, (vertices,).
+        points: representatives, in units of the finest cell edge; None: the tree's own.
+        kept: vertices that stay by themselves, ascending; they come last.
+        distinct: keep the first of triangles with the same three vertices.
+    """
+    nodes, count = nodes.copy(), len(tree.parents)
+    nodes[kept] = count + np.arange(len(kept))
     corners = nodes[mesh.triangles].reshape(-1, 3)
     a, b, c = corners.T
     used, triangles = np.unique(
         corners[(a != b) & (b != c) & (c != a)].astype(np.int64), return_inverse=True
     )
-    new = np.full(len(tree.parents), NO_VERTEX)
+    new = np.full(count + len(kept), NO_VERTEX)
     new[used] = np.arange(len(used))
-    left = TriangleMesh(tree.grid.positions(tree.points[used]), triangles.reshape(-1, 3))
-    return left, used, new[nodes]
+    points = tree.points if points is None else points
+    own = used[used < count]
+    positions = np.concatenate(
+        [tree.grid.positions(points[own]), mesh.positions[kept[used[len(own) :] - count]]]
+    )
+    left = TriangleMesh(positions, triangles.reshape(-1, 3))
+    return without_duplicates(left) if distinct else left, used, new[nodes]

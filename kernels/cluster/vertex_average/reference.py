@@ -30,4 +30,4 @@ def simplify(mesh: TriangleMesh, params: GridTarget, warp: Warp | None = None) -
     sums = [np.bincount(row[inside], axis[inside], len(used)) for axis in points.T]
     means = np.stack(sums, axis=1) / np.maximum(count, 1)[:, None]
     made = TriangleMesh(grid.positions(means), triangles.reshape(-1, 3))
-    return without_duplicates(made) if getattr(params, "remove_duplicates", False) else made
+    return without_duplicates(made) if params.remove_duplicates else made

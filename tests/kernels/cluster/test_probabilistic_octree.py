@@ -48,14 +48,15 @@ def test_probabilistic_octree_agrees_with_reference(device, make, levels, error,
 @pytest.mark.parametrize("make", [cube, sphere, wavy_sheet])
 def test_full_construction_without_collisions_gives_the_whole_trees_cut(device, make):
     mesh, levels = make(), 4
-    tree = whole_tree.build(mesh, levels)
-    errors = whole_tree.errors(tree, mesh, "rms", whole=False)
+    tree = whole_tree.build(mesh, 1 << levels)
+    errors = whole_tree.errors(tree, mesh, "rms")
     diagonal = mesh.diagonal / tree.grid.edge
     # thresholds between errors that are well apart, so that float32 decides alike
     order = np.unique(errors[errors > 1e-2])
     gaps = order[1:] / order[:-1]
     for k in np.argsort(gaps)[-3:]:
         limit = math.sqrt(order[k] * order[k + 1])
+        joins, _ = whole_tree.choose(tree, errors, limit, "rms", boxed=False)
         made, seed = None, 0
         while made is None or made.counters()["collisions"] > 0:
             made = cluster(
@@ -63,7 +64,7 @@ def test_full_construction_without_collisions_gives_the_whole_trees_cut(device, 
             )
             seed += 1
         assert made.check().passed
-        expected, _, vertex_map = whole_tree.emit(tree, mesh, whole_tree.cut(tree, errors, limit))
+        expected, _, vertex_map = whole_tree.emit(tree, mesh, whole_tree.cut(tree, joins))
         corners, other = vertex_map[mesh.triangles], made.vertex_map()[mesh.triangles]
         (mine,) = made.result()
         assert mine.triangle_count == expected.triangle_count
