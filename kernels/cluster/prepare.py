@@ -16,17 +16,18 @@ from lodbench.kernels.cluster.borders import border_vertices
 from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.cluster.search import Found, find_cells
 from lodbench.kernels.cluster.survivors import DeviceSurvivors
-from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.cluster.target import ClusterTarget
 from lodbench.kernels.cluster.unchanged import Unchanged, without_duplicates
 from lodbench.kernels.cluster.upload import Upload
-from lodbench.kernels.cluster.warped import warp_of
+from lodbench.kernels.cluster.warped import WarpedTarget, warp_of
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import check
 from lodbench.kernels.result import Result
 from lodbench.kernels.system import run
 from lodbench.kernels.targets import missed
 
-P = TypeVar("P", bound=GridTarget)
+P = TypeVar("P", bound=WarpedTarget)
+T = TypeVar("T", bound=ClusterTarget)
 
 
 def prepare(
@@ -81,7 +82,7 @@ def unchanged(
 
 
 def simplifier(
-    prepare: Callable[[Device, TriangleMesh, P], Clustering | Unchanged], params: type[P]
+    prepare: Callable[[Device, TriangleMesh, T], Clustering | Unchanged], params: type[T]
 ) -> Callable[..., Result]:
     """The verb `simplify` of a clustering, made of its `prepare` and its `Params`."""
 

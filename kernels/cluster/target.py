@@ -13,7 +13,7 @@ DEFAULT_CELLS = 64
 
 @dataclass(frozen=True)
 class ClusterTarget(Target):
-    """As `Target`; and what every clustering is asked.
+    """As `Target`; and what every clustering of ours is asked.
 
     Attributes:
         remove_duplicates: of output triangles with the same three vertices, whichever way they face, keep the first;
@@ -39,7 +39,7 @@ class ClusterTarget(Target):
 
 
 @dataclass(frozen=True)
-class GridTarget(ClusterTarget):
+class GridTarget(Target):
     """What is asked for: at most one of the three; 64 cells where none is.
 
     Attributes:

@@ -24,7 +24,7 @@ from lodbench.kernels.system import System
 
 __all__ = ["Octree", "Params", "SYSTEM", "simplify"]
 
-simplify = simplifier(prepare, Params)  # pyright: ignore[reportArgumentType]
+simplify = simplifier(prepare, Params)
 
 SYSTEM = System(
     name="octree",

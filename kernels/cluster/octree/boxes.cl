@@ -12,7 +12,7 @@
 //           joins    uint[]         the node that a node's vertices go to: the parent, a box's first child; 0xFFFFFFFF: its
 //                                   own, or those of its children
 // Needs     common/chunk.cl cluster/octree/place.cl
-// Plain     cluster/octree/reference.py
+// Plain     cluster/octree/reference_boxes.py
 
 #define CUBES 8
 #define BOXES 27 // along each axis 0 the lower half, 1 the upper, 2 both; x + 3 y + 9 z

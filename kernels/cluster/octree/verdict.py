@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lodbench.kernels.cluster.octree import reference
+from lodbench.kernels.cluster.octree import reference_boxes as joined
 from lodbench.kernels.system import Check
 
 if TYPE_CHECKING:
@@ -34,8 +35,8 @@ def verdict(made: Octree) -> Check:
     if got.shape != expected.shape:
         return Check(False, "nodes as many as the reference's", len(got), len(expected))
     joins = read["joins"].view(np.int32).astype(np.int64)
-    joins[-1] = reference.ALONE  # the root is joined to nothing
-    nodes, cells = reference.cut(tree, joins), reference.cells_of(tree, joins)
+    joins[-1] = joined.ALONE  # the root is joined to nothing
+    nodes, cells = joined.cut(tree, joins), joined.cells_of(tree, joins)
     left, used, vertex_map = reference.emit(
         tree, given, nodes, cells.points, made.kept, params.remove_duplicates
     )
@@ -56,7 +57,7 @@ def verdict(made: Octree) -> Check:
     own = used[: len(used) - np.count_nonzero(used >= len(got))]
     positions = mesh.positions[: len(own)].astype(np.float64)
     off = (positions - left.positions[: len(own)].astype(np.float64)) / tree.grid.edge
-    depth = np.sqrt(np.maximum(reference.depths(tree, joins, own, off), 0)) / cells.edges[own]
+    depth = np.sqrt(np.maximum(joined.depths(tree, joins, own, off), 0)) / cells.edges[own]
     depth[cells.margins[own] < 0.02] = 0
     tolerance = DEPTH_TOLERANCE + tree.grid.rounding(left.positions)
     worst = float(depth.max(initial=0))
@@ -66,11 +67,11 @@ def verdict(made: Octree) -> Check:
 
 
 def _cheap(
-    made: Octree, tree: reference.Tree, got: np.ndarray, nodes: np.ndarray, cells: reference.Cells
+    made: Octree, tree: reference.Tree, got: np.ndarray, nodes: np.ndarray, cells: joined.Cells
 ) -> Check:
     """What the vertices cost against the least that the reference finds, for the same errors of the cubes."""
     rule = made.params.measured
-    _, least = reference.choose(tree, got, made.limit, rule, made.params.boxed)
+    _, least = joined.choose(tree, got, made.limit, rule, made.params.boxed)
     used = np.unique(nodes)
     price = made.limit**2 if rule == "total" else 1.0
     cost = price * len(used)

@@ -46,7 +46,7 @@ class Params(WarpedTarget):
 
     @property
     def keeps_border(self) -> bool:
-        """See `GridTarget`."""
+        """See `ClusterTarget`."""
         return self.border == "keep"
 
     @property
@@ -56,5 +56,5 @@ class Params(WarpedTarget):
 
     @property
     def uses_border(self) -> bool:
-        """See `GridTarget`."""
+        """See `ClusterTarget`."""
         return self.keeps_border or self.holds_border

@@ -6,12 +6,12 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.unchanged import without_duplicates
 from lodbench.kernels.cluster.warp import Warp
+from lodbench.kernels.cluster.warped import WarpedTarget
 
 
-def simplify(mesh: TriangleMesh, params: GridTarget, warp: Warp | None = None) -> TriangleMesh:
+def simplify(mesh: TriangleMesh, params: WarpedTarget, warp: Warp | None = None) -> TriangleMesh:
     """The mesh with one vertex per used cell of the grid that `params` names, in the order of the cells."""
     if warp is None:
         grid = Grid.over(*mesh.box, params.grid_cells)

@@ -4,7 +4,7 @@ import pytest
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import terrain
 from lodbench.harness.measure.quality import measure
-from lodbench.kernels.cluster.octree import Params, reference
+from lodbench.kernels.cluster.octree import Params, reference, reference_boxes
 from lodbench.kernels.cluster.octree import simplify as simplify_to
 from lodbench.kernels.cluster.octree.host import prepare
 from lodbench.kernels.cluster.octree.search import find_limit
@@ -115,7 +115,7 @@ def cheapest(tree, error, price, cube, box=(2, 2, 2)):
         one = error[cube] + price
     else:
         rows = np.zeros(len(inside), int)
-        one = reference.solved(tree, np.array([cube]), inside, rows)[1][0] + price
+        one = reference_boxes.solved(tree, np.array([cube]), inside, rows)[1][0] + price
     ways = [one]
     for axis in range(3):
         if box[axis] == 2:
@@ -129,13 +129,13 @@ def test_reference_joins_at_the_least_cost(make):
     tree = reference.build(make(), 8)
     error = reference.errors(tree, make(), "total")
     for limit in (0.03, 0.3, 1.0):
-        joins, cost = reference.choose(tree, error, limit, "total")
+        joins, cost = reference_boxes.choose(tree, error, limit, "total")
         assert cost == pytest.approx(cheapest(tree, error**2, limit**2, len(error) - 1))
         # and that is what its vertices do cost
-        cells = reference.cells_of(tree, joins)
-        used = np.unique(reference.cut(tree, joins))
+        cells = reference_boxes.cells_of(tree, joins)
+        used = np.unique(reference_boxes.cut(tree, joins))
         assert cost == pytest.approx((cells.energies[used] + limit**2).sum())
-        assert cost <= reference.choose(tree, error, limit, "total", boxed=False)[1] + 1e-12
+        assert cost <= reference_boxes.choose(tree, error, limit, "total", boxed=False)[1] + 1e-12
 
 
 def test_maximum_rule_bounds_the_distance_to_every_plane(device):

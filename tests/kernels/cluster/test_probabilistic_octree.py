@@ -5,6 +5,7 @@ import pytest
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.octree import reference as whole_tree
+from lodbench.kernels.cluster.octree import reference_boxes
 from lodbench.kernels.cluster.probabilistic_octree import Params, reference
 from lodbench.kernels.cluster.probabilistic_octree import simplify as simplify_to
 from lodbench.kernels.cluster.probabilistic_octree.host import expected_collisions, prepare
@@ -56,7 +57,7 @@ def test_full_construction_without_collisions_gives_the_whole_trees_cut(device, 
     gaps = order[1:] / order[:-1]
     for k in np.argsort(gaps)[-3:]:
         limit = math.sqrt(order[k] * order[k + 1])
-        joins, _ = whole_tree.choose(tree, errors, limit, "rms", boxed=False)
+        joins, _ = reference_boxes.choose(tree, errors, limit, "rms", boxed=False)
         made, seed = None, 0
         while made is None or made.counters()["collisions"] > 0:
             made = cluster(
@@ -64,7 +65,7 @@ def test_full_construction_without_collisions_gives_the_whole_trees_cut(device, 
             )
             seed += 1
         assert made.check().passed
-        expected, _, vertex_map = whole_tree.emit(tree, mesh, whole_tree.cut(tree, joins))
+        expected, _, vertex_map = whole_tree.emit(tree, mesh, reference_boxes.cut(tree, joins))
         corners, other = vertex_map[mesh.triangles], made.vertex_map()[mesh.triangles]
         (mine,) = made.result()
         assert mine.triangle_count == expected.triangle_count
