@@ -36,7 +36,7 @@ FALL = 1e-6  # of the whole rise: what rounding may take back
 
 @dataclass(frozen=True)
 class WarpedTarget(GridTarget, ClusterTarget):
-    """As `GridTarget` and `ClusterTarget`; and how its cells are spread, by at most one of three. Without, all are alike.
+    """As its bases; and how its cells are spread, by at most one of three. Without, all are alike.
 
     Attributes:
         regions: (x, y, z, radius, weight) each, model units: along each axis cells are `weight` times as fine at the

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.octree.params import MAX_LEVELS, Params
@@ -267,6 +268,14 @@ class Octree(Tree):
         }  # fmt: skip
         return {name: self.device.read(buffer) for name, buffer in kept.items()}
 
+    def edges(self) -> NDArray[np.float32]:
+        """Of the largest cube in each output vertex's cell, in finest cells, (n,); 1 of a kept border vertex."""
+        self.live()
+        used = self.device.read(self.solved)[:, 3] > 0
+        edges = np.ones(self.capacity, np.float32)
+        edges[: self.nodes] = self.device.read(self.centres)[:, 3]
+        return edges[used]
+
     def check(self) -> Check:
         """See `verdict`."""
         return verdict(self)  # pyright: ignore[reportArgumentType]
@@ -277,13 +286,13 @@ class Octree(Tree):
         `used_level_0`, the root's, and so on are the output's vertices by the level of the largest cube in their cells;
         `used_boxes` of them are those of boxes of several.
         """
-        nodes = int(self.level_nodes.sum())
-        kinds = self.device.read(self.solved)[:nodes, 3]
-        edges = self.device.read(self.centres)[:nodes][kinds > 0, 3]
+        edges = self.edges()
         used = {
             f"used_level_{level}": int((edges == 2.0 ** (self.levels - level)).sum())
             for level in range(self.levels + 1)
         }
+        nodes = int(self.level_nodes.sum())
+        kinds = self.device.read(self.solved)[:nodes, 3]
         used["used_boxes"] = int((kinds > OF_A_BOX).sum())
         counters = {
             **super().more_counters(), "levels": self.levels, "nodes": nodes,
