@@ -1,4 +1,4 @@
-"""Pictures of one mesh clustered on a grid and on octrees with as many triangles, coloured by how fine the cells are."""
+"""Pictures of one mesh on a grid and on octrees with as many triangles, coloured by how fine their cells are."""
 
 from __future__ import annotations
 

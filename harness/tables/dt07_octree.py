@@ -137,9 +137,9 @@ TABLE = Table(
         *STATUS_COLUMNS,
     ),
     notes=(
-        "error: quadric_clustering is asked for as many triangles as the octree left. octree joins children of a cube to "
-        "boxes where that costs less error, octree_cubes keeps to cubes as published; octree_maximum goes by the farthest "
-        "plane. How fine the finest cells are and when boxes are joined was chosen on fandisk and mechpart_g3.",
+        "error: quadric_clustering is asked for as many triangles as the octree left. octree joins children of a cube "
+        "to boxes where that costs less error, octree_cubes keeps to cubes as published; octree_maximum goes by the "
+        "farthest plane. How fine the finest cells are and when to join was chosen on fandisk and mechpart_g3.",
         "storage: the table as published. Collisions are keys that share their slot, predicted for a uniform hash; a "
         "vertex whose node was lost goes to the node's parent. Which levels the published figures had is not said.",
         "The published table was filled by blending on a GPU. Here it is 14 additions and two maxima of 64 and 32 bits "

@@ -34,9 +34,10 @@ __kernel void octree_border_add(
             const float3 centre = convert_float3(cell) + 0.5f;
             const border_plane p = border_plane_of(points[v.x].xyz - centre, points[v.y].xyz - centre,
                 points[v.z].xyz - centre, heaviness);
-            const float quadric[10] = {p.m.x * p.w.x, p.m.x * p.w.y, p.m.x * p.w.z, p.m.y * p.w.y, p.m.y * p.w.z,
-                p.m.z * p.w.z, p.d * p.w.x, p.d * p.w.y, p.d * p.w.z, p.d * p.d * (p.w.x * p.m.x + p.w.y * p.m.y + p.w.z * p.m.z) /
-                    max(p.m.x * p.m.x + p.m.y * p.m.y + p.m.z * p.m.z, 1e-30f)};
+            const float3 m = p.m, w = p.w;
+            const float square = m.x * m.x + m.y * m.y + m.z * m.z, mw = m.x * w.x + m.y * w.y + m.z * w.z;
+            const float quadric[10] = {m.x * w.x, m.x * w.y, m.x * w.z, m.y * w.y, m.y * w.z, m.z * w.z, p.d * w.x, p.d * w.y,
+                p.d * w.z, p.d * p.d * mw / max(square, 1e-30f)};
             for (uint i = 0; i < 10; ++i) own[LANES * (size_t)as_uint(at.w) + LANE_XX + i] += quadric[i];
         }
     }

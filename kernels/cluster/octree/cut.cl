@@ -89,14 +89,19 @@ __kernel void octree_cut_triangles(
     if (chunk >= chunk_count) return;
 
     const uint2 rows = chunk_rows(chunk, chunk_count, triangle_count);
+    // without a branch that nobody could foresee: the next one goes where this one is, if it does not survive
+    __global uint *piece = pieces + 3 * (size_t)rows.x;
     uint count = 0;
     for (uint t = rows.x; t < rows.y; ++t) {
         const uint3 v = vload3(t, triangles);
         const uint a = nodes[v.x], b = nodes[v.y], c = nodes[v.z];
-        if (a == b || b == c || c == a) continue;
-        vstore3((uint3)(a, b, c), rows.x + count++, pieces);
-        used[a] = used[b] = used[c] = 1;
+        __global uint *out = piece + 3 * (size_t)count;
+        out[0] = a;
+        out[1] = b;
+        out[2] = c;
+        count += (a != b) & (b != c) & (c != a);
     }
+    for (size_t i = 0; i < 3 * (size_t)count; ++i) used[piece[i]] = 1;
     piece_counts[chunk] = count;
 }
 

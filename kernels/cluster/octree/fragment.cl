@@ -2,10 +2,12 @@
 //
 // Source    DeCoro & Tatarchuk 2007, slides 15 and 30 (sums of children); moving a quadric by t: b + A t, c + 2 b t + t A t;
 //           the rule on the total error is a reconstruction
-// Work      1-D, one item per chunk of a level's nodes, eight at a time; levels from the finest to the root
+// Work      1-D, one item per chunk of a level's nodes, eight at a time; levels from the finest to the root, one
+//           launch each, or one item for several
 // Reads     maps     float[16 * node_count * map_count]  finest cells: xx xy xz yy yz zz x y | z c 0 0, corner sum, corners
 //           centres  float4[]                     x y z in units of the finest cell edge, the cell's edge
 //           firsts   uint[]                       first child
+//           starts   uint[]                       first node of each level, the root's level first
 // Writes    sums     float[16]                    of each node, about its centre, as in maps
 //           solved   float4[]                     x y z in units of the finest cell edge, kind
 //           errors   float[]                      units of the finest cell edge (total: and of that edge once more)
@@ -65,36 +67,40 @@ __kernel void octree_fragment_leaves(
     }
 }
 
-// nodes first_node .. first_node + node_count - 1, whose children end before `child_end`
+// `level` to `last`, which is coarser, with chunk_count 1 where they are several
 __kernel void octree_fragment_parents(
     __global const float4 *restrict centres,
     __global const uint *restrict firsts,
+    __global const uint *restrict starts,
     __global float16 *sums,
     __global float4 *restrict solved,
     __global float *restrict errors,
     const uint rule,
-    const uint first_node,
-    const uint child_end,
-    const uint node_count,
+    const uint level,
+    const uint last,
+    const uint node_count, // of all levels
     const uint chunk_count)
 {
     const uint chunk = get_global_id(0);
     if (chunk >= chunk_count) return;
 
-    const uint2 rows = chunk_rows(chunk, chunk_count, node_count);
-    for (uint s = rows.x; s < rows.y; s += NODES) {
-        const uint live = min(rows.y - s, (uint)NODES);
-        float found[NODES * LANES];
-        for (uint j = 0; j < NODES; ++j) {
-            const uint row = s + min(j, live - 1), node = first_node + row;
-            const uint end = row + 1 < node_count ? firsts[node + 1] : child_end;
-            const float3 centre = centres[node].xyz;
-            float16 sum = 0.0f;
-            for (uint child = firsts[node]; child < end; ++child)
-                sum += octree_moved(sums[child], centres[child].xyz - centre);
-            vstore16(sum, j, found);
-            if (j < live) sums[node] = sum;
+    for (uint above = level + 1; above-- > last;) {
+        const uint first_node = starts[above], end_node = above ? starts[above - 1] : node_count;
+        const uint2 rows = chunk_rows(chunk, chunk_count, end_node - first_node);
+        for (uint s = rows.x; s < rows.y; s += NODES) {
+            const uint live = min(rows.y - s, (uint)NODES);
+            float found[NODES * LANES];
+            for (uint j = 0; j < NODES; ++j) {
+                const uint row = s + min(j, live - 1), node = first_node + row;
+                const uint end = node + 1 < end_node ? firsts[node + 1] : first_node;
+                const float3 centre = centres[node].xyz;
+                float16 sum = 0.0f;
+                for (uint child = firsts[node]; child < end; ++child)
+                    sum += octree_moved(sums[child], centres[child].xyz - centre);
+                vstore16(sum, j, found);
+                if (j < live) sums[node] = sum;
+            }
+            fragment_place(found, centres, solved, errors, first_node + s, live, rule);
         }
-        fragment_place(found, centres, solved, errors, first_node + s, live, rule);
     }
 }

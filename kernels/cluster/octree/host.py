@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.cluster.octree.params import MAX_LEVELS, Params
-from lodbench.kernels.cluster.octree.search import find_limit
-from lodbench.kernels.cluster.octree.tree import Tree
+from lodbench.kernels.cluster.octree.params import Params
+from lodbench.kernels.cluster.octree.search import FINER, MOST_CELLS, find_limit, uniform_cells
+from lodbench.kernels.cluster.octree.tree import HEAVY, Tree, launched
 from lodbench.kernels.cluster.octree.verdict import verdict
 from lodbench.kernels.cluster.prepare import unchanged
 from lodbench.kernels.cluster.quadric_clustering.params import HEAVINESS
-from lodbench.kernels.cluster.survivors import DeviceSurvivors
 from lodbench.kernels.cluster.unchanged import Unchanged
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.opencl import Buffer, Device, Timeline
@@ -28,10 +27,7 @@ RULES = {"total": 0, "rms": 1, "maximum": 2}
 NAMES = ("vertex", "tree", "geometry", "border", "fragment", "boxes", "cut", "distance")
 FILES = tuple(f"cluster/octree/{name}.cl" for name in NAMES)
 SUMS = 16  # floats of a node
-FINER = 2.0  # finest cells along an axis for each of a uniform grid with as many triangles
-MOST_CELLS = 1 << MAX_LEVELS
 OF_A_BOX = 4  # kinds of boxes' representatives are more
-HEAVY = 8  # rows of what joins children are worth so many others
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Octree | Unchanged:
@@ -55,25 +51,6 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Octree | Unch
         if made.left >= CLOSE * asked or cells == MOST_CELLS:
             return made
         cells *= 1.5
-
-
-def uniform_cells(upload: Upload, target: int) -> float:
-    """Cells along the longest box edge of about the uniform grid that leaves so many triangles."""
-    with upload.setup.host("search"):
-        extents = upload.high - upload.low
-        x, y, z = extents / max(float(extents.max()), 1e-300)
-        area = max(1.4 * (x * y + y * z + z * x), 0.05)
-        cells = max(math.sqrt(max(target, 1) / (2.4 * area)), 2.0)
-        count = DeviceSurvivors(
-            upload.device, upload.program, upload.positions, upload.triangles, upload.box
-        )
-        for _ in range(3):
-            left = count(min(cells, MOST_CELLS))
-            off = math.sqrt(target / left) if left else 2.0
-            cells = min(max(cells * off, 1.0), float(MOST_CELLS))
-            if 0.8 < off < 1.25:
-                break
-        return cells
 
 
 class Octree(Tree):
@@ -166,17 +143,17 @@ class Octree(Tree):
             flops=120 * self.occupied,
         )  # fmt: skip
         self._levels = [
-            (int(self.level_nodes[level]), {
-                "firsts": self.firsts, "first_node": int(self.starts[level]),
-                "child_end": int(self.starts[level]), "node_count": int(self.level_nodes[level]),
+            (count, {
+                "firsts": self.firsts, "starts": self._starts, "level": level, "last": last,
+                "node_count": int(self.level_nodes.sum()),
             })
-            for level in reversed(range(self.levels))
+            for count, level, last in launched(self.level_nodes)
         ]  # fmt: skip
         for count, of_level in self._levels:
             self.add(
                 self.launch("octree_fragment_parents", count, "pass_2", **of_level, **shared),
-                bytes=4 * SUMS * count,
-                flops=120 * count,
+                bytes=4 * SUMS * count // HEAVY,
+                flops=120 * count // HEAVY,
             )
         if self.params.measured == "maximum":
             self.add(
@@ -194,7 +171,7 @@ class Octree(Tree):
         self.joins = self.allocate("joins", self.nodes, np.uint32)
         self._choosing = [
             self.launch(
-                "octree_boxes_choose", HEAVY * count, "boxes", centres=self.centres, sums=self.sums,
+                "octree_boxes_choose", count, "boxes", centres=self.centres, sums=self.sums,
                 errors=self.errors, solved=self.solved, costs=self.costs, joins=self.joins,
                 limit=0.0, rule=RULES[self.params.measured], boxed=int(self.params.boxed),
                 leaf_count=self.occupied, **of_level,

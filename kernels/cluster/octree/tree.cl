@@ -66,10 +66,12 @@ __kernel void octree_tree_count(
     uint counts[LEVELS];
     for (uint level = 0; level < LEVELS; ++level) counts[level] = 0;
     const uint2 rows = chunk_rows(chunk, chunk_count, leaf_count);
+    // by the coarsest level of which a node begins, then all below it
     for (uint leaf = rows.x; leaf < rows.y; ++leaf) {
-        const uint changed = tree_changed(codes, leaf);
-        for (uint up = 0; up <= finest && changed >> (3 * up); ++up) ++counts[finest - up];
+        const uint top = (31 - clz(tree_changed(codes, leaf))) / 3;
+        ++counts[finest - min(top, finest)];
     }
+    for (uint level = 1; level < LEVELS; ++level) counts[level] = level <= finest ? counts[level] + counts[level - 1] : 0;
     for (uint level = 0; level < LEVELS; ++level) chunk_counts[LEVELS * chunk + level] = counts[level];
 }
 

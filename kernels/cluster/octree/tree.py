@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
+from numpy.typing import NDArray
 
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.octree.nodes import Nodes
@@ -13,11 +16,23 @@ from lodbench.kernels.stages.scan import chunk_count
 from lodbench.kernels.subject import POINT
 
 LEVELS = MAX_LEVELS + 1  # with the root's
+FEW = 256  # parents of a level that one item does sooner than another launch
+HEAVY = 8  # rows of parents are worth so many others
 
 
 def levels_of(grid: Grid, params: Params) -> int:
     """Halvings of a cube of 2^levels cells until the finest ones are those of this grid."""
     return max((max(grid.counts) - 1).bit_length(), params.levels or 1)
+
+
+def launched(level_nodes: NDArray[np.int64]) -> Iterator[tuple[int, int, int]]:
+    """Of the levels above the finest one, which go in one launch: rows, the finest and the coarsest of them."""
+    level = len(level_nodes) - 2
+    while level >= 0 and level_nodes[level] > FEW:
+        yield HEAVY * int(level_nodes[level]), level, level
+        level -= 1
+    if level >= 0:
+        yield 1, level, 0
 
 
 class Tree(Nodes):
@@ -101,7 +116,7 @@ class Tree(Nodes):
         self.starts = ends - self.level_nodes
         first = np.zeros(LEVELS, np.uint32)
         first[: self.levels + 1] = self.starts
-        starts = self.upload("starts", first, role="scratch")
+        self._starts = self.upload("starts", first, role="scratch")
         self.state = self.upload(
             "state", np.array([nodes + len(self.kept), 0, 0, 0], np.uint32), role="scratch"
         )
@@ -111,7 +126,7 @@ class Tree(Nodes):
         self.firsts = self.allocate("firsts", self.nodes, np.uint32)
         self.add(
             self.launch(
-                "octree_tree_link", leaves, "tree", chunk_counts=counts, starts=starts,
+                "octree_tree_link", leaves, "tree", chunk_counts=counts, starts=self._starts,
                 centres=self.centres, parents=self.parents, firsts=self.firsts, **shared,
             ),
             bytes=self.centres.size_bytes + 2 * self.parents.size_bytes,

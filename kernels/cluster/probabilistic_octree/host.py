@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.cluster.octree.host import FINER, uniform_cells
 from lodbench.kernels.cluster.octree.nodes import Nodes
-from lodbench.kernels.cluster.octree.search import find_limit
+from lodbench.kernels.cluster.octree.search import FINER, find_limit, uniform_cells
 from lodbench.kernels.cluster.prepare import unchanged
 from lodbench.kernels.cluster.probabilistic_octree import reference
 from lodbench.kernels.cluster.probabilistic_octree.params import MAX_LEVELS, Params
