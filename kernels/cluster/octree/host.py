@@ -38,7 +38,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Octree | Unch
     Raises:
         Unsupported: no room.
     """
-    upload = Upload(device, mesh, FILES)
+    upload = Upload(device, mesh, FILES, borders=params.uses_border)
     asked = params.triangles(mesh.triangle_count)
     if asked is not None and 0 < mesh.triangle_count <= asked:
         return unchanged(upload, asked, params.remove_duplicates, FILES)
