@@ -10,7 +10,7 @@
 
 typedef struct {
     float8 x, y, z; // about the node's centre
-    float8 kind;    // 1: the mean; 2, 3, 4: the minimum with a ridge of 1e-3, 1e-2, 1e-1
+    float8 kind;    // 1: the mean; 2, 3, 4: the minimum with a ridge of 2e-4, 2e-3, 2e-2
     float8 energy;  // the quadric there
     float8 area;    // its trace
 } octree_placed8;
@@ -32,7 +32,7 @@ static inline void octree_place8(const float8 *columns, const float edge, octree
     q.x *= scale, q.y *= scale, q.z *= scale;
     float8 dx = 0, dy = 0, dz = 0, kind = 1, determinant;
     int8 open = trace > (float8)(1e-30f);
-    float ridge = 1e-3f;
+    float ridge = 2e-4f; // sums about a cell's own centre leave float32 room for less than a grid's 1e-3
     for (int attempt = 0; attempt < 3 && !quadric_all8(~open); ++attempt) {
         const quadric_point8 s = quadric_step8(q, (float8)(ridge), &determinant);
         const int8 taken = open & quadric_short8(s, edge);

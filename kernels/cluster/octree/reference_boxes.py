@@ -8,7 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.kernels.cluster.octree.reference import Floats, Integers, Tree, energies, moved
+from lodbench.kernels.cluster.octree.reference import (
+    RIDGES,
+    Floats,
+    Integers,
+    Tree,
+    energies,
+    moved,
+)
 from lodbench.kernels.cluster.quadric_clustering.reference import place
 
 ALONE = -1  # joined to none
@@ -37,7 +44,9 @@ def solved(
     np.add.at(corners, rows, own)
     edges = tree.edges[parents][:, None]
     means = corners[:, :3] / np.maximum(corners[:, 3:], 1)
-    step, _, margins = place(A, (np.einsum("nij,nj->ni", A, means) + b) / edges, "robust", 1.0)
+    step, _, margins = place(
+        A, (np.einsum("nij,nj->ni", A, means) + b) / edges, "robust", 1.0, ridges=RIDGES
+    )
     x = means + step * edges
     area = np.trace(A, axis1=1, axis2=2)
     return x + tree.centres[parents], energies(A, b, c, x), area, margins
