@@ -62,8 +62,8 @@ __kernel void octree_boxes_choose(
                     const float own = boxes_own(errors, child, leaf_count, limit, rule);
                     const float cost = child < leaf_count ? own + price : costs[child];
                     apart += cost;
-                    second = max(second, min(most, cost - own));
-                    most = max(most, cost - own);
+                    second = max(second, min(most, cost - SURE * own));
+                    most = max(most, cost - SURE * own);
                 }
                 if (boxed && limit >= 0.0f && whole > 2.0f * price && most + second > price) {
                     // neither all of it for sure, nor none of it

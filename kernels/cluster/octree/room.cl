@@ -13,6 +13,7 @@
 #define JOINED 19 // boxes of several children
 #define NO_NODE 0xFFFFFFFFu
 #define OF_A_BOX 4.0f
+#define SURE 0.5f // of what parts' energies say of their sum's, which is no less but where a step was cut short
 
 // halves before what is made of them
 __constant uchar room_order[JOINED] = {2, 5, 6, 7, 11, 14, 15, 16, 18, 19, 21, 22, 8, 17, 20, 23, 24, 25, 26};
@@ -79,9 +80,9 @@ static inline void room_choose(boxes_room *room, const uint box, const float edg
         const int8 cheaper = cost < best;
         best = cheaper ? cost : best;
         choice = cheaper ? (int8)(int)axis : choice;
-        // a sum's minimum is no less than the minima's sum; an empty half leaves nothing to join
+        // what cannot be cheaper is not solved; an empty half leaves nothing to join
         least = max(least, energy);
-        wanted &= (room->counts[low] > 0.0f) & (room->counts[high] > 0.0f) & (energy + price < cost);
+        wanted &= (room->counts[low] > 0.0f) & (room->counts[high] > 0.0f) & (SURE * energy + price < cost);
         count = room->counts[low] + room->counts[high];
     }
     if (box != WHOLE) {

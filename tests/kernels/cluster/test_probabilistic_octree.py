@@ -25,6 +25,7 @@ WAYS = {
     "full": {},
     "crowded": {"storage": 0.02},
     "roomy": {"storage": 20.0, "search": "binary"},
+    "distinct": {"remove_duplicates": True},
     "randomised": {"construction": "randomised", "search": "binary"},
     "randomised_total": {"construction": "randomised", "rule": "total", "seed": 5},
 }
