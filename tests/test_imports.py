@@ -96,6 +96,7 @@ NAMING = {
     "lodbench.harness.distributed",
     "lodbench.harness.report.chains",
     "lodbench.harness.report.distances",
+    "lodbench.harness.report.octrees",
     "lodbench.harness.report.refinements",
 }
 SHARED = [

@@ -15,6 +15,7 @@ from lodbench.harness.record.record import RunRecord, read_run, write_json
 from lodbench.harness.report import chains, compared
 from lodbench.harness.report.amounts import rounded
 from lodbench.harness.report.distances import DRAWN_FROM, distance_pictures
+from lodbench.harness.report.octrees import octree_pictures
 from lodbench.harness.report.refinements import refinement_pictures
 from lodbench.harness.report.statistics import summary
 from lodbench.harness.report.warps import warp_pictures
@@ -57,6 +58,7 @@ def write_pictures(folder: Path, device: Device) -> list[dict[str, Any]]:
         _distances(record, device),
         _compared(record, device),
         warp_pictures(record, SIZE, device),
+        octree_pictures(record, SIZE, device),
         refinement_pictures(record, SIZE, device),
         _datasets(record, device),
     ):

@@ -17,7 +17,7 @@ from lodbench.kernels.cluster import turned
 from lodbench.kernels.cluster.borders import NO_EDGES, NO_VERTICES, border_vertices
 from lodbench.kernels.cluster.grid import Grid
 from lodbench.kernels.cluster.search import Found
-from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.cluster.target import ClusterTarget
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.cluster.warp import Warp
 from lodbench.kernels.opencl import Buffer, Device, DeviceError, Launch, Program, Timeline
@@ -59,7 +59,7 @@ class Clustering(DeviceSubject):
         kept: border vertices that stay by themselves; they have the ranks after those of the cells.
     """
 
-    def __init__(self, upload: Upload, params: GridTarget, found: Found | None) -> None:
+    def __init__(self, upload: Upload, params: ClusterTarget, found: Found | None) -> None:
         super().__init__(upload.device, upload.setup)
         self.params, self.found = params, found
         self.hold("input", upload.positions, upload.triangles)
@@ -71,7 +71,7 @@ class Clustering(DeviceSubject):
         if upload.warp is not None:
             self.grid = upload.warp.even(params.grid_cells)
         self.border, self.kept, self._found = NO_EDGES, NO_VERTICES, 0
-        if isinstance(params, GridTarget) and params.uses_border:
+        if params.uses_border:
             self.border = upload.border_edges
             self.kept = border_vertices(self.border) if params.keeps_border else NO_VERTICES
 
@@ -305,7 +305,7 @@ class Clustering(DeviceSubject):
 
     def counters(self) -> Mapping[str, int | float]:
         """Vertices and triangles, `more_counters`, and output triangles that say nothing of the surface."""
-        distinct = getattr(self.params, "remove_duplicates", False)
+        distinct = self.params.remove_duplicates
         return {**super().counters(), **turned.counted(self._mesh, *self.read_back(), distinct)}
 
     def more_counters(self) -> Mapping[str, int | float]:

@@ -45,7 +45,7 @@ def finished(prepared: Clustering, mesh: TriangleMesh, made: Result, asked: Aske
     """
     simplified, vertex_map, counters = made.mesh, made.vertex_map, dict(prepared.more_counters())
     assert vertex_map is not None
-    distinct = getattr(prepared.params, "remove_duplicates", False)
+    distinct = prepared.params.remove_duplicates
     clustered = mesh, simplified, vertex_map, distinct
     turned_over: int | None = None  # counted later, where no triangle was dropped
     if asked.remove_flipped or asked.attributes or asked.manifold:

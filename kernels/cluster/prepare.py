@@ -16,17 +16,18 @@ from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.cluster.finish import Asked, finished
 from lodbench.kernels.cluster.search import Found, find_cells
 from lodbench.kernels.cluster.survivors import DeviceSurvivors
-from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.cluster.target import ClusterTarget
 from lodbench.kernels.cluster.unchanged import Unchanged, without_duplicates
 from lodbench.kernels.cluster.upload import Upload
-from lodbench.kernels.cluster.warped import warp_of
+from lodbench.kernels.cluster.warped import WarpedTarget, warp_of
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import check
 from lodbench.kernels.result import Result
 from lodbench.kernels.system import run
 from lodbench.kernels.targets import missed
 
-P = TypeVar("P", bound=GridTarget)
+P = TypeVar("P", bound=WarpedTarget)
+T = TypeVar("T", bound=ClusterTarget)
 
 
 def prepare(
@@ -58,24 +59,31 @@ def prepare(
     asked = params.triangles(mesh.triangle_count)
     if asked is None:
         return make(upload, params, None)
-    distinct = getattr(params, "remove_duplicates", False)
+    distinct = params.remove_duplicates
     found = search_cells(upload, asked, distinct, kept)
     if found.cells is not None:
         params = replace(params, target_reduction=None, target_count=None, cells=found.cells)
         return make(upload, params, found)
-    left = upload
+    return unchanged(upload, asked, distinct, files, found.counts)
+
+
+def unchanged(
+    upload: Upload, asked: int, distinct: bool, files: Sequence[str], passes: int = 0
+) -> Unchanged:
+    """The mesh itself behind the contract, without duplicates where they are to go."""
+    device, mesh, left = upload.device, upload.mesh, upload
     if distinct:
         left = Upload(device, without_duplicates(mesh), files)
         upload.setup.stage_s |= left.setup.stage_s
     counters = {
         "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
-        "counting_passes": found.counts, **missed(asked, left.mesh.triangle_count),
+        "counting_passes": passes, **missed(asked, left.mesh.triangle_count),
     }  # fmt: skip
     return Unchanged(device, left.mesh, left.positions, left.triangles, upload.setup, counters)
 
 
 def simplifier(
-    prepare: Callable[[Device, TriangleMesh, P], Clustering | Unchanged], params: type[P]
+    prepare: Callable[[Device, TriangleMesh, T], Clustering | Unchanged], params: type[T]
 ) -> Callable[..., Result]:
     """The verb `simplify` of a clustering, made of its `prepare` and its `Params`."""
 

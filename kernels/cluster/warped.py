@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.cluster.target import ClusterTarget, GridTarget
 from lodbench.kernels.cluster.warp import (
     DEFINES,
     STEPS,
@@ -35,8 +35,8 @@ FALL = 1e-6  # of the whole rise: what rounding may take back
 
 
 @dataclass(frozen=True)
-class WarpedTarget(GridTarget):
-    """As `GridTarget`; and how its cells are spread, by at most one of three. Without, all are alike.
+class WarpedTarget(GridTarget, ClusterTarget):
+    """As its bases; and how its cells are spread, by at most one of three. Without, all are alike.
 
     Attributes:
         regions: (x, y, z, radius, weight) each, model units: along each axis cells are `weight` times as fine at the
@@ -103,7 +103,7 @@ def _matrix(view: Any) -> tuple[tuple[float, ...], ...] | None:
     return tuple(tuple(row) for row in matrix.tolist())
 
 
-def warp_of(params: GridTarget, mesh: TriangleMesh, device: Device | None = None) -> Warp | None:
+def warp_of(params: WarpedTarget, mesh: TriangleMesh, device: Device | None = None) -> Warp | None:
     """The warp that is asked for, over this mesh; None without one, or without vertices.
 
     Args:
@@ -114,7 +114,7 @@ def warp_of(params: GridTarget, mesh: TriangleMesh, device: Device | None = None
     Raises:
         ValueError: a function that does not build, or does not rise; a matrix that cannot be inverted.
     """
-    if not isinstance(params, WarpedTarget) or not mesh.vertex_count:
+    if not mesh.vertex_count:
         return None
     if not any(getattr(params, name) for name in WARPS):
         return None  # before the box, which takes longer than a frame

@@ -25,7 +25,7 @@ from lodbench.kernels.cluster.quadric_clustering.params import Placement
 from lodbench.kernels.cluster.quadric_clustering.reference import border_quadrics, simplify
 from lodbench.kernels.cluster.quadric_clustering.verdict import verdict
 from lodbench.kernels.cluster.survivors import host_survivors
-from lodbench.kernels.cluster.target import GridTarget
+from lodbench.kernels.cluster.target import ClusterTarget, GridTarget
 from lodbench.kernels.cluster.unchanged import without_duplicates
 from lodbench.kernels.opencl import Device, Timeline
 
@@ -33,18 +33,16 @@ _BLOCK = 1 << 14
 
 
 @dataclass(frozen=True)
-class Params(GridTarget):
+class Params(GridTarget, ClusterTarget):
     """How far and how to simplify; the words mean what they mean for the kernels.
 
     Attributes:
         placement: "robust", "paper" or "average".
         border: "quadrics" or "none".
-        remove_duplicates: keep only the first of output triangles with the same three vertices.
     """
 
     placement: Placement = "robust"
     border: Literal["quadrics", "none"] = "quadrics"
-    remove_duplicates: bool = False
 
     def kernel(self) -> KernelParams:
         """The kernels' parameters for the same output."""

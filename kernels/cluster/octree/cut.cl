@@ -1,19 +1,20 @@
-// Octree, cut: for every vertex the coarsest node that the threshold allows.
+// Octree, cut: for every vertex the largest node that its finest cell was joined to.
 //
 // Source    DeCoro & Tatarchuk 2007, slides 31-33
 // Work      1-D, one item per chunk of finest cells, of vertices, of triangles or of nodes
 // Reads     parents     uint[]                      the root's is itself
-//           errors      float[]                     of each node
+//           joins       uint[]                      the node that a node is joined to, or 0xFFFFFFFF; see boxes.cl
 //           points      float4[vertex_count]        w: bits of the finest cell's rank
 //           triangles   uint[3 * triangle_count]
 //           new_ranks   uint[node_count]            output vertex of a node
+//           kept        uint[kept_count]            border vertices
 // Writes    cut         uint[leaf_count]            the node that a finest cell goes to
 //           nodes       uint[vertex_count]          the node that a vertex goes to
 //           piece_counts  uint[chunk_count]         triangles whose corners lie in three nodes
 //           pieces      uint[3 * triangle_count]    their nodes, one piece per chunk, from the chunk's first row on
 //           used        uchar[node_count]           1: a surviving triangle has a corner in it; several items may write
 //                                                   the same 1
-//           solved      float4[node_count]          w: 0 where not used
+//           solved      float4[node_count]          w: 0 where not used; more than 0 for what is kept
 //           chunk_sums  uint[chunk_count]           used nodes
 //           survivors   uint[3 * triangle_count]    output triangles
 //           counts      uint[2]                     [1]: output triangles
@@ -21,11 +22,12 @@
 // Needs     common/chunk.cl
 // Plain     cluster/octree/reference.py
 
+#define NO_NODE 0xFFFFFFFFu
+
 __kernel void octree_cut_leaves(
     __global const uint *restrict parents,
-    __global const float *restrict errors,
+    __global const uint *restrict joins,
     __global uint *restrict cut,
-    const float limit,
     const uint leaf_count,
     const uint chunk_count)
 {
@@ -35,10 +37,8 @@ __kernel void octree_cut_leaves(
     const uint2 rows = chunk_rows(chunk, chunk_count, leaf_count);
     for (uint leaf = rows.x; leaf < rows.y; ++leaf) {
         uint found = leaf;
-        for (uint node = leaf, up = parents[leaf]; up != node; up = parents[node]) {
-            node = up;
-            found = errors[node] <= limit ? node : found;
-        }
+        for (uint node = leaf; parents[node] != node; node = parents[node])
+            found = joins[node] != NO_NODE ? joins[node] : found;
         cut[leaf] = found;
     }
 }
@@ -57,24 +57,23 @@ __kernel void octree_cut_vertices(
     for (uint v = rows.x; v < rows.y; ++v) nodes[v] = cut[as_uint(points[v].w)];
 }
 
-__kernel void octree_cut_count(
-    __global const uint *restrict nodes,
-    __global const uint *restrict triangles,
-    __global uint *restrict piece_counts,
-    const uint triangle_count,
+// border vertices that stay by themselves, after all nodes
+__kernel void octree_cut_keep(
+    __global const uint *restrict kept,
+    __global uint *restrict nodes,
+    __global float4 *restrict solved,
+    const uint first,
+    const uint kept_count,
     const uint chunk_count)
 {
     const uint chunk = get_global_id(0);
     if (chunk >= chunk_count) return;
 
-    const uint2 rows = chunk_rows(chunk, chunk_count, triangle_count);
-    uint count = 0;
-    for (uint t = rows.x; t < rows.y; ++t) {
-        const uint3 v = vload3(t, triangles);
-        const uint a = nodes[v.x], b = nodes[v.y], c = nodes[v.z];
-        count += (a != b) & (b != c) & (c != a);
+    const uint2 rows = chunk_rows(chunk, chunk_count, kept_count);
+    for (uint i = rows.x; i < rows.y; ++i) {
+        nodes[kept[i]] = first + i;
+        solved[first + i] = (float4)(0.0f, 0.0f, 0.0f, 1.0f); // it comes back from the positions
     }
-    piece_counts[chunk] = count;
 }
 
 __kernel void octree_cut_triangles(
@@ -90,14 +89,19 @@ __kernel void octree_cut_triangles(
     if (chunk >= chunk_count) return;
 
     const uint2 rows = chunk_rows(chunk, chunk_count, triangle_count);
+    // without a branch that nobody could foresee: the next one goes where this one is, if it does not survive
+    __global uint *piece = pieces + 3 * (size_t)rows.x;
     uint count = 0;
     for (uint t = rows.x; t < rows.y; ++t) {
         const uint3 v = vload3(t, triangles);
         const uint a = nodes[v.x], b = nodes[v.y], c = nodes[v.z];
-        if (a == b || b == c || c == a) continue;
-        vstore3((uint3)(a, b, c), rows.x + count++, pieces);
-        used[a] = used[b] = used[c] = 1;
+        __global uint *out = piece + 3 * (size_t)count;
+        out[0] = a;
+        out[1] = b;
+        out[2] = c;
+        count += (a != b) & (b != c) & (c != a);
     }
+    for (size_t i = 0; i < 3 * (size_t)count; ++i) used[piece[i]] = 1;
     piece_counts[chunk] = count;
 }
 

@@ -1,11 +1,10 @@
 // Octree, rule "maximum": how far is a node's representative from the farthest plane of its triangles?
 //
 // Source    reconstruction; DeCoro & Tatarchuk 2007, slide 31, leave the error open
-// Work      1-D, one item per chunk of triangles; or of a level's nodes, levels from the finest to the root
+// Work      1-D, one item per chunk of triangles
 // Reads     points     float4[vertex_count]        x y z in units of the finest cell edge, w: bits of the cell's rank
 //           triangles  uint[3 * triangle_count]
 //           parents    uint[]                      the root's is itself
-//           firsts     uint[]                      first child
 //           solved     float4[]                    representatives in those units
 // Writes    errors     uint[]                      bits of distances, which order as the floats do; the maximum comes out
 //                                                  the same in any order
@@ -39,23 +38,5 @@ __kernel void octree_distance_add(
                 last = node;
             }
         }
-    }
-}
-
-__kernel void octree_distance_raise(
-    __global const uint *restrict firsts,
-    __global uint *errors,
-    const uint first_node,
-    const uint child_end,
-    const uint node_count,
-    const uint chunk_count)
-{
-    const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count) return;
-
-    const uint2 rows = chunk_rows(chunk, chunk_count, node_count);
-    for (uint row = rows.x; row < rows.y; ++row) {
-        const uint node = first_node + row, end = row + 1 < node_count ? firsts[node + 1] : child_end;
-        for (uint child = firsts[node]; child < end; ++child) errors[node] = max(errors[node], errors[child]);
     }
 }

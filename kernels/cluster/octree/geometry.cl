@@ -9,6 +9,7 @@
 // Needs     common/chunk.cl common/transpose.cl cluster/octree/cell.cl
 // Plain     cluster/octree/reference.py
 
+#define AHEAD 24 // triangles between a prefetch and its use
 #define INLINE static inline __attribute__((always_inline)) // a call would pass the eight triangles through memory
 
 // the same corner of eight triangles
@@ -79,12 +80,22 @@ __kernel void octree_geometry_add(
     __global float16 *own = maps + (size_t)leaf_count * map;
     for (uint i = 0; i < leaf_count; ++i) own[i] = 0.0f;
     const uint begin = (ulong)triangle_count * map / map_count, end = (ulong)triangle_count * (map + 1) / map_count;
-    for (uint t = begin; t < end; t += 8) {
+    uint t = begin;
+    for (; t + 8 <= end; t += 8) {
+        // the addresses ahead stay inside the array: the last ones are asked for again
+        __global const uint *ahead = triangles + 3 * (size_t)min(t + AHEAD, triangle_count - 8);
         uint index[24];
-        for (uint j = 0; j < 8; ++j) {
-            const size_t row = min(t + j, end - 1);
-            for (uint k = 0; k < 3; ++k) index[3 * j + k] = triangles[3 * row + k];
-        }
-        geometry_triangles8(points, own, index, min(end - t, 8u), per_axis, cells);
+#pragma unroll
+        for (uint i = 0; i < 24; ++i) prefetch(points + ahead[i], 1);
+#pragma unroll
+        for (uint i = 0; i < 24; ++i) index[i] = triangles[3 * (size_t)t + i];
+        geometry_triangles8(points, own, index, 8, per_axis, cells);
     }
+    if (t == end) return;
+    uint index[24];
+    for (uint j = 0; j < 8; ++j) {
+        const size_t row = min(t + j, end - 1);
+        for (uint k = 0; k < 3; ++k) index[3 * j + k] = triangles[3 * row + k];
+    }
+    geometry_triangles8(points, own, index, end - t, per_axis, cells);
 }

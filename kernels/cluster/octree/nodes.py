@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.opencl import Buffer, Timeline
+from lodbench.kernels.stages.scan import chunk_count
 from lodbench.kernels.subject import POINT, WORD
+
+NO_TRIANGLE = 0xFFFFFFFF
 
 
 class Nodes(Clustering):
@@ -18,6 +24,30 @@ class Nodes(Clustering):
 
     vertex_nodes: Buffer
     _piece_counts: Buffer
+
+    def _prepare_count(self) -> Callable[[], int]:
+        """Counts the triangles that `vertex_nodes` leave."""
+        device, count = self.device, self._triangles
+        chunks = chunk_count(device, count)
+        self._piece_counts = self.allocate("piece_counts", chunks, np.uint32)
+        name, more, slots = "cluster_search_survivors", {}, None
+        if self.params.remove_duplicates:
+            slot_count = 2 << max(count, 1).bit_length()
+            slots = device.allocate("slots", slot_count, np.uint32)
+            name = "cluster_search_distinct"
+            more: dict[str, Any] = {"slots": slots, "slot_mask": slot_count - 1}
+        counting = self.launch(
+            name, count, "cut", cell_ids=self.vertex_nodes, triangles=self._upload.triangles,
+            survivors=self._piece_counts, stride=1, sample_count=count, **more,
+        )  # fmt: skip
+
+        def left() -> int:
+            if slots is not None:
+                device.fill(Timeline(), "cut", slots, NO_TRIANGLE)
+            counting(Timeline())
+            return int(device.read(self._piece_counts).sum(dtype=np.int64))
+
+        return left
 
     def _add_triangles(self, cleared: str) -> None:
         """The triangles whose corners lie in three nodes, and which nodes these use; `emit` joins what they note.

@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.borders import NO_VERTICES, edges_of, used_once
 from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.cluster.quadric_clustering.reference import NO_VERTEX, place
+from lodbench.kernels.cluster.quadric_clustering.reference import NO_VERTEX, border_quadrics, place
+from lodbench.kernels.cluster.unchanged import without_duplicates
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+RIDGES = (2e-4, 2e-3, 2e-2)  # of the solve, shares of the trace
 
 
 def morton(steps: Integers) -> Integers:
@@ -59,12 +62,19 @@ def moved(A: Floats, b: Floats, c: Floats, t: Floats) -> tuple[Floats, Floats]:
     return b - At, c - 2 * np.einsum("ni,ni->n", b, t) + np.einsum("ni,ni->n", t, At)
 
 
-def build(mesh: TriangleMesh, levels: int) -> Tree:
-    """The tree whose finest grid has 2^levels cells along the longest box edge.
+def build(mesh: TriangleMesh, cells: float, levels: int | None = None, held: bool = False) -> Tree:
+    """The tree whose finest grid has so many cells along the longest box edge.
+
+    Args:
+        mesh: what is simplified.
+        cells: a real number; the last cells may be cut.
+        levels: halvings down to these cells; None: no more than it takes.
+        held: border edges add their planes.
 
     Source: DeCoro & Tatarchuk 2007, slides 12, 15 and 29-31.
     """
-    grid = Grid.over(*mesh.box, 1 << levels)
+    grid = Grid.over(*mesh.box, cells)
+    levels = levels or max((max(grid.counts) - 1).bit_length(), 1)
     points32 = grid.points(mesh.positions)
     steps = np.clip(
         (points32 * grid.per_axis).astype(np.int64), 0, np.array(grid.counts, np.int64) - 1
@@ -86,9 +96,9 @@ def build(mesh: TriangleMesh, levels: int) -> Tree:
         + [np.arange(starts[-2], n)]
     ).astype(np.int64)
     edges = np.repeat(2.0 ** np.arange(levels + 1), counts).astype(np.float64)
-    cells = np.concatenate(found)
+    codes = np.concatenate(found)
     at = np.stack(
-        [sum(((cells >> (3 * bit + axis)) & 1) << bit for bit in range(10)) for axis in range(3)], 1
+        [sum(((codes >> (3 * bit + axis)) & 1) << bit for bit in range(10)) for axis in range(3)], 1
     )
     centres = (at + 0.5) * edges[:, None]
 
@@ -108,6 +118,18 @@ def build(mesh: TriangleMesh, levels: int) -> Tree:
         np.add.at(c, node, area * d * d)
         np.add.at(corners, node, np.concatenate([local, np.ones((len(node), 1))], 1))
 
+    if held:
+        border = used_once(edges_of(mesh.triangles), mesh.positions)
+        own_A, _ = border_quadrics(points, border)
+        for end in (0, 1):
+            # planes through this end: about the centre b = -A t and c = t A t
+            node = leaves[border[:, end]]
+            t = points[border[:, end]] - centres[node]
+            b_own = -np.einsum("nij,nj->ni", own_A, t)
+            np.add.at(A, node, own_A)
+            np.add.at(b, node, b_own)
+            np.add.at(c, node, -np.einsum("ni,ni->n", b_own, t))
+
     # every parent is the sum of its children
     for level in range(levels):
         rows = np.arange(starts[level], starts[level + 1])
@@ -123,14 +145,20 @@ def build(mesh: TriangleMesh, levels: int) -> Tree:
     # pass 2, in units of each node's own edge, so that a step may be as long as its cell
     means = corners[:, :3] / np.maximum(corners[:, 3:], 1)
     b_mean = np.einsum("nij,nj->ni", A, means) + b
-    step, _, margins = place(A, b_mean / edges[:, None], "robust", 1.0)
+    step, _, margins = place(A, b_mean / edges[:, None], "robust", 1.0, ridges=RIDGES)
     return Tree(
         grid, leaves, parents, starts[:-1][::-1], centres, edges, A, b, c, corners,
         centres + means + step * edges[:, None], margins,
     )  # fmt: skip
 
 
-def errors(tree: Tree, mesh: TriangleMesh, rule: str, whole: bool = True) -> Floats:
+def energies(A: Floats, b: Floats, c: Floats, x: Floats) -> Floats:
+    """The quadrics at points about their origins, (n,)."""
+    found = np.einsum("ni,nij,nj->n", x, A, x) + 2 * np.einsum("ni,ni->n", b, x) + c
+    return np.maximum(found, 0)
+
+
+def errors(tree: Tree, mesh: TriangleMesh, rule: str) -> Floats:
     """Of each node, (n,): a length in units of the finest cell edge; "total" is not divided by the mesh's area yet."""
     if rule == "maximum":
         found = np.zeros(len(tree.parents))
@@ -146,37 +174,44 @@ def errors(tree: Tree, mesh: TriangleMesh, rule: str, whole: bool = True) -> Flo
                 np.maximum.at(found, node, far)
                 node = tree.parents[node]
     else:
-        x = tree.points - tree.centres
-        energy = np.einsum("ni,nij,nj->n", x, tree.A, x)
-        energy += 2 * np.einsum("ni,ni->n", tree.b, x) + tree.c
+        energy = energies(tree.A, tree.b, tree.c, tree.points - tree.centres)
         if rule == "rms":
             energy /= np.maximum(np.trace(tree.A, axis1=1, axis2=2), 1e-30)
-        found = np.sqrt(np.maximum(energy, 0))
-    if whole:
-        for node in range(len(found) - 1):  # children come before their parents
-            found[tree.parents[node]] = max(found[tree.parents[node]], found[node])
+        found = np.sqrt(energy)
     return found
 
 
-def cut(tree: Tree, found: NDArray[np.floating], limit: float) -> Integers:
-    """The node of each vertex, (vertices,): the coarsest on its way to the root whose error keeps to the limit."""
-    chosen, node = tree.leaves.copy(), tree.leaves
-    for _ in range(len(tree.starts) - 1):
-        node = tree.parents[node]
-        chosen = np.where(found[node] <= limit, node, chosen)
-    return chosen
-
-
 def emit(
-    tree: Tree, mesh: TriangleMesh, nodes: Integers
+    tree: Tree,
+    mesh: TriangleMesh,
+    nodes: Integers,
+    points: Floats | None = None,
+    kept: NDArray[np.integer] = NO_VERTICES,
+    distinct: bool = False,
 ) -> tuple[TriangleMesh, Integers, NDArray[np.uint32]]:
-    """The mesh that is left where vertices go to `nodes`, the node of each of its vertices, and the map to them."""
+    """The mesh that is left where vertices go to `nodes`, the node of each of its vertices, and the map to them.
+
+    Args:
+        tree: whose nodes they are.
+        mesh: what is simplified.
+        nodes: of each vertex, (vertices,).
+        points: representatives, in units of the finest cell edge; None: the tree's own.
+        kept: vertices that stay by themselves, ascending; they come last.
+        distinct: keep the first of triangles with the same three vertices.
+    """
+    nodes, count = nodes.copy(), len(tree.parents)
+    nodes[kept] = count + np.arange(len(kept))
     corners = nodes[mesh.triangles].reshape(-1, 3)
     a, b, c = corners.T
     used, triangles = np.unique(
         corners[(a != b) & (b != c) & (c != a)].astype(np.int64), return_inverse=True
     )
-    new = np.full(len(tree.parents), NO_VERTEX)
+    new = np.full(count + len(kept), NO_VERTEX)
     new[used] = np.arange(len(used))
-    left = TriangleMesh(tree.grid.positions(tree.points[used]), triangles.reshape(-1, 3))
-    return left, used, new[nodes]
+    points = tree.points if points is None else points
+    own = used[used < count]
+    positions = np.concatenate(
+        [tree.grid.positions(points[own]), mesh.positions[kept[used[len(own) :] - count]]]
+    )
+    left = TriangleMesh(positions, triangles.reshape(-1, 3))
+    return without_duplicates(left) if distinct else left, used, new[nodes]

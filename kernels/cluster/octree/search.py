@@ -1,14 +1,40 @@
-"""Which threshold leaves at most so many triangles? Merging brings no triangle back, so halving finds it."""
+"""How fine must the finest cells be, and which threshold leaves at most so many triangles? Halving finds the latter."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
+from lodbench.kernels.cluster.octree.params import MAX_LEVELS
+from lodbench.kernels.cluster.survivors import DeviceSurvivors
+from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.targets import CLOSE
 
+FINER = 2.0  # finest cells along an axis for each of a uniform grid with as many triangles
+MOST_CELLS = 1 << MAX_LEVELS
+
 NOTHING_MERGES = np.float32(-1)
+
+
+def uniform_cells(upload: Upload, target: int) -> float:
+    """Cells along the longest box edge of about the uniform grid that leaves so many triangles."""
+    with upload.setup.host("search"):
+        extents = upload.high - upload.low
+        x, y, z = extents / max(float(extents.max()), 1e-300)
+        area = max(1.4 * (x * y + y * z + z * x), 0.05)
+        cells = max(math.sqrt(max(target, 1) / (2.4 * area)), 2.0)
+        count = DeviceSurvivors(
+            upload.device, upload.program, upload.positions, upload.triangles, upload.box
+        )
+        for _ in range(3):
+            left = count(min(cells, MOST_CELLS))
+            off = math.sqrt(target / left) if left else 2.0
+            cells = min(max(cells * off, 1.0), float(MOST_CELLS))
+            if 0.8 < off < 1.25:
+                break
+        return cells
 
 
 def find_limit(count: Callable[[float], int], target: int, most: float) -> tuple[float, int, int]:

@@ -5,13 +5,29 @@
 // Work      1-D, one item per chunk of 64-cell words, or of occupied finest cells
 // Reads     words         ulong2[word_count]         x: the cells' bits, y: occupied cells before these 64
 //           starts        uint[LEVELS]               by level: its first node; the finest level's is 0
-// Writes    codes         uint[leaf_count]           the occupied finest cells, ascending
+// Writes    chunk_sums    uint[chunk_count]          occupied finest cells of each chunk of words
+//           codes         uint[leaf_count]           the occupied finest cells, ascending
 //           chunk_counts  uint[LEVELS * chunk_count]  nodes that begin in each chunk, by level
 //           centres       float4[node_count]         x y z in units of the finest cell edge, the cell's edge
 //           parents       uint[node_count]           the root's is itself
 //           firsts        uint[node_count]           first child; not written for the finest level
 // Needs     common/chunk.cl cluster/octree/cell.cl
 // Plain     cluster/octree/reference.py
+
+__kernel void octree_tree_leaves(
+    __global const ulong2 *restrict words,
+    __global uint *restrict chunk_sums,
+    const uint word_count,
+    const uint chunk_count)
+{
+    const uint chunk = get_global_id(0);
+    if (chunk >= chunk_count) return;
+
+    const uint2 rows = chunk_rows(chunk, chunk_count, word_count);
+    uint count = 0;
+    for (uint w = rows.x; w < rows.y; ++w) count += (uint)popcount(words[w].x);
+    chunk_sums[chunk] = count;
+}
 
 __kernel void octree_tree_codes(
     __global const ulong2 *restrict words,
@@ -50,10 +66,12 @@ __kernel void octree_tree_count(
     uint counts[LEVELS];
     for (uint level = 0; level < LEVELS; ++level) counts[level] = 0;
     const uint2 rows = chunk_rows(chunk, chunk_count, leaf_count);
+    // by the coarsest level of which a node begins, then all below it
     for (uint leaf = rows.x; leaf < rows.y; ++leaf) {
-        const uint changed = tree_changed(codes, leaf);
-        for (uint up = 0; up <= finest && changed >> (3 * up); ++up) ++counts[finest - up];
+        const uint top = (31 - clz(tree_changed(codes, leaf))) / 3;
+        ++counts[finest - min(top, finest)];
     }
+    for (uint level = 1; level < LEVELS; ++level) counts[level] = level <= finest ? counts[level] + counts[level - 1] : 0;
     for (uint level = 0; level < LEVELS; ++level) chunk_counts[LEVELS * chunk + level] = counts[level];
 }
 

@@ -4,14 +4,14 @@
 // Work      1-D, one item per chunk of vertices, eight at a time
 // Reads     positions  float[3 * vertex_count]     model units
 //           words      ulong2[]                    x: the cells' bits, y: occupied cells before these 64
-// Writes    marks      uchar[]                     1 where a vertex lies; several items may write the same 1
+// Writes    bits       uint[4 * word_count]        the same words as halves: 1 where a vertex lies; in any order
 //           points     float4[vertex_count]        x y z in units of the finest cell edge from the box corner, rank's bits
 // Needs     common/chunk.cl common/grid.cl cluster/cells.cl cluster/octree/cell.cl
 // Plain     cluster/octree/reference.py
 
 __kernel void octree_vertex_mark(
     __global const float *restrict positions,
-    __global uchar *restrict marks,
+    volatile __global uint *restrict bits,
     const float4 low,
     const float4 per_axis, // w: units per model unit
     const uint4 cells,
@@ -25,7 +25,11 @@ __kernel void octree_vertex_mark(
     for (uint v = rows.x; v < rows.y; v += 8) {
         uint code[8];
         vstore8(octree_code8(grid_scale8(grid_load8(positions, v, vertex_count), low, per_axis.w), per_axis, cells), 0, code);
-        for (uint j = 0; j < 8; ++j) marks[code[j]] = 1;
+        for (uint j = 0; j < 8; ++j) {
+            volatile __global uint *half_word = bits + 4 * (size_t)(code[j] / 64) + code[j] / 32 % 2;
+            const uint bit = 1u << (code[j] % 32);
+            if (!(*half_word & bit)) atomic_or(half_word, bit); // most are there already
+        }
     }
 }
 
@@ -47,13 +51,9 @@ __kernel void octree_vertex_place(
     for (uint v = rows.x; v < rows.y; v += 8) {
         const grid_points8 q = grid_scale8(grid_load8(positions, v, vertex_count), low, per_axis.w);
         uint code[8];
-        float x[8], y[8], z[8];
+        float ranks[8];
         vstore8(octree_code8(q, per_axis, cells), 0, code);
-        vstore8(q.x, 0, x);
-        vstore8(q.y, 0, y);
-        vstore8(q.z, 0, z);
-        const uint live = min(rows.y - v, 8u);
-        for (uint j = 0; j < live; ++j)
-            points[v + j] = (float4)(x[j], y[j], z[j], cell_rank(words, code[j], capacity));
+        for (uint j = 0; j < 8; ++j) ranks[j] = cell_rank(words, code[j], capacity);
+        octree_store8(points + v, q, ranks, min(rows.y - v, 8u));
     }
 }

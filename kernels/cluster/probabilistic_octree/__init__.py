@@ -22,7 +22,7 @@ from lodbench.kernels.system import System
 
 __all__ = ["Params", "ProbabilisticOctree", "SYSTEM", "simplify"]
 
-simplify = simplifier(prepare, Params)  # pyright: ignore[reportArgumentType]
+simplify = simplifier(prepare, Params)
 
 SYSTEM = System(
     name="probabilistic_octree",

@@ -28,14 +28,9 @@ __kernel void probabilistic_octree_geometry_place(
     const uint2 rows = chunk_rows(chunk, chunk_count, vertex_count);
     for (uint v = rows.x; v < rows.y; v += 8) {
         const grid_points8 q = grid_scale8(grid_load8(positions, v, vertex_count), low, per_axis.w);
-        uint code[8];
-        float x[8], y[8], z[8];
-        vstore8(octree_code8(q, per_axis, cells), 0, code);
-        vstore8(q.x, 0, x);
-        vstore8(q.y, 0, y);
-        vstore8(q.z, 0, z);
-        const uint live = min(rows.y - v, 8u);
-        for (uint j = 0; j < live; ++j) points[v + j] = (float4)(x[j], y[j], z[j], as_float(code[j]));
+        float codes[8];
+        vstore8(as_float8(octree_code8(q, per_axis, cells)), 0, codes);
+        octree_store8(points + v, q, codes, min(rows.y - v, 8u));
     }
 }
 

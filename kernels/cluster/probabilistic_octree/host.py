@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.cluster.octree.host import guessed_levels
 from lodbench.kernels.cluster.octree.nodes import Nodes
-from lodbench.kernels.cluster.octree.search import find_limit
+from lodbench.kernels.cluster.octree.search import FINER, find_limit, uniform_cells
+from lodbench.kernels.cluster.prepare import unchanged
 from lodbench.kernels.cluster.probabilistic_octree import reference
 from lodbench.kernels.cluster.probabilistic_octree.params import MAX_LEVELS, Params
 from lodbench.kernels.cluster.probabilistic_octree.verdict import verdict
@@ -47,15 +47,11 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Probabilistic
     upload = Upload(device, mesh, FILES)
     asked = params.triangles(mesh.triangle_count)
     if asked is not None and 0 < mesh.triangle_count <= asked:
-        counters = {
-            "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
-            "counting_passes": 0, **missed(asked, mesh.triangle_count),
-        }  # fmt: skip
-        return Unchanged(device, mesh, upload.positions, upload.triangles, upload.setup, counters)
+        return unchanged(upload, asked, params.remove_duplicates, FILES)
     if params.levels is None and asked is not None:
-        params = replace(
-            params, levels=min(max(guessed_levels(upload, asked), LEAST_LEVELS), MAX_LEVELS)
-        )
+        cells = FINER * uniform_cells(upload, asked)
+        levels = math.ceil(math.log2(max(cells, 1)))
+        params = replace(params, levels=min(max(levels, LEAST_LEVELS), MAX_LEVELS))
     return ProbabilisticOctree(upload, params, asked)
 
 
@@ -80,7 +76,7 @@ class ProbabilisticOctree(Nodes):
     params: Params  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def __init__(self, upload: Upload, params: Params, asked: int | None = None) -> None:
-        super().__init__(upload, params, None)  # pyright: ignore[reportArgumentType]
+        super().__init__(upload, params, None)
         self.mesh, self.asked, self.passes = upload.mesh, asked, 0
         self.levels = params.grid_cells.bit_length() - 1
         self.capacity = params.slots
@@ -96,8 +92,8 @@ class ProbabilisticOctree(Nodes):
             self._find_limit()
         self._prepare_cut()
         self.compact("pass_3")
-        self.emit("pass_3", walked=self._walked)
-        self.ready(params.search)
+        self.emit("pass_3", params.remove_duplicates, self._walked)
+        self.ready(params.search, params.remove_duplicates)
 
     def _prepare_table(self) -> None:
         """Quadrics and keys of all levels, then representatives and errors."""
@@ -154,9 +150,7 @@ class ProbabilisticOctree(Nodes):
         """The threshold: what was asked for in the unit of the errors, or by counting what thresholds leave."""
         device, params = self.device, self.params
         self.vertex_nodes = self.allocate("nodes", self._vertices, np.uint32)
-        self._piece_counts = self.allocate(
-            "piece_counts", chunk_count(device, self._triangles), np.uint32
-        )
+        counting = self._prepare_count()
         self._cutting = self._cut_launch(params.search, self.vertex_nodes)
         diagonal = float(np.linalg.norm(self._upload.high - self._upload.low)) / self.grid.edge
         self.scale = 1 / max(diagonal, 1e-30)
@@ -165,17 +159,11 @@ class ProbabilisticOctree(Nodes):
         if self.asked is None:
             self.limit = float(np.float32(min(params.error / self.scale, 3e38)))
             return
-        counting = self.launch(
-            "octree_cut_count", self._triangles, "cut", nodes=self.vertex_nodes,
-            triangles=self._upload.triangles, piece_counts=self._piece_counts,
-            triangle_count=self._triangles,
-        )  # fmt: skip
 
         def count(limit: float) -> int:
             self._cutting.set(limit=limit)
             self._cutting(Timeline())
-            counting(Timeline())
-            return int(device.read(self._piece_counts).sum(dtype=np.int64))
+            return counting()
 
         errors = device.read(self.errors)
         most = float(errors[np.isfinite(errors)].max(initial=0))

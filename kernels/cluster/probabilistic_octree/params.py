@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from lodbench.kernels.cluster.octree.params import DEFAULT_ERROR, DEFAULT_LEVELS
+from lodbench.kernels.cluster.target import ClusterTarget
 from lodbench.kernels.parameters import Range
-from lodbench.kernels.targets import Target
 
 MAX_LEVELS = 8
 ROOT_SLOTS = 2  # the root's own, and one more: the smallest table
 
 
 @dataclass(frozen=True)
-class Params(Target):
+class Params(ClusterTarget):
     """How far to simplify; targets are those of `Target`, at most one of them and `max_error`, which is else 1e-3.
 
     Attributes:

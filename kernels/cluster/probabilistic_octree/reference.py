@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.cluster.octree.reference import Floats, Integers, morton
+from lodbench.kernels.cluster.octree.reference import RIDGES, Floats, Integers, morton
 from lodbench.kernels.cluster.probabilistic_octree.params import Params
 from lodbench.kernels.cluster.quadric_clustering.reference import place
 
@@ -124,7 +124,7 @@ def write(mesh: TriangleMesh, params: Params) -> Table:
     rows = np.flatnonzero(alone)
     b_mean = np.einsum("nij,nj->ni", A[rows], mean[rows]) + b[rows]
     step, margins = np.zeros((m, 3)), np.full(m, np.inf)
-    step[rows], _, margins[rows] = place(A[rows], b_mean, "robust", 1.0)
+    step[rows], _, margins[rows] = place(A[rows], b_mean, "robust", 1.0, ridges=RIDGES)
     x = mean + step
     energy = np.einsum("ni,nij,nj->n", x, A, x) + 2 * np.einsum("ni,ni->n", b, x) + c
     if params.rule == "rms":

@@ -8,6 +8,7 @@ import numpy as np
 
 from lodbench.kernels.cluster.octree.verdict import DEPTH_TOLERANCE, ERROR_TOLERANCE
 from lodbench.kernels.cluster.probabilistic_octree import reference
+from lodbench.kernels.cluster.turned import first_of_each
 from lodbench.kernels.system import Check
 
 if TYPE_CHECKING:
@@ -39,7 +40,10 @@ def verdict(made: ProbabilisticOctree) -> Check:
     corners = nodes[given.triangles].reshape(-1, 3)
     a, b, c = corners.T
     used, triangles = np.unique(corners[(a != b) & (b != c) & (c != a)], return_inverse=True)
-    if not np.array_equal(triangles.reshape(-1, 3), mesh.triangles):
+    triangles = triangles.reshape(-1, 3)
+    if params.remove_duplicates:
+        triangles = triangles[first_of_each(triangles, len(used))]
+    if not np.array_equal(triangles, mesh.triangles):
         return Check(False, "triangles as many and the same as the reference's",
                      mesh.triangle_count, len(triangles))  # fmt: skip
     finite = np.isfinite(table.errors)

@@ -35,8 +35,6 @@ class Params(WarpedTarget):
         border: "quadrics", border edges hold the representatives of their ends' cells, by planes upright on their
             triangles (with placement "robust"); "none", as published; "keep", border vertices stay where they are,
             each by itself, and come last.
-        remove_duplicates: of output triangles with the same three vertices, whichever way they face, keep the first;
-            a target counts what is left.
     """
 
     placement: Placement = "robust"
@@ -45,11 +43,10 @@ class Params(WarpedTarget):
     chunks: Annotated[int, Range(1, 4)] = 2
     slabs: Annotated[int, Range(0, 256)] = 0
     border: Border = "quadrics"
-    remove_duplicates: bool = False
 
     @property
     def keeps_border(self) -> bool:
-        """See `GridTarget`."""
+        """See `ClusterTarget`."""
         return self.border == "keep"
 
     @property
@@ -59,5 +56,5 @@ class Params(WarpedTarget):
 
     @property
     def uses_border(self) -> bool:
-        """See `GridTarget`."""
+        """See `ClusterTarget`."""
         return self.keeps_border or self.holds_border

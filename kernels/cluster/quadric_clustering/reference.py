@@ -213,10 +213,11 @@ def place(
     placement: str,
     per_box: float,
     limits: NDArray[np.float64] | None = None,
+    ridges: tuple[float, ...] = (1e-3, 1e-2, 1e-1),
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
     """Steps from the mean (n, 3), index into KINDS (n,) and margins (n,), for quadrics about the mean.
 
-    `limits`: how far each may step along x, y and z, (n, 3); None: 1.
+    `limits`: how far each may step along x, y and z, (n, 3); None: 1. `ridges`: of "robust", shares of the trace.
 
     Source: DeCoro & Tatarchuk 2007, slide 15 for "paper"; the cascade is a reconstruction.
     """
@@ -232,7 +233,7 @@ def place(
     elif placement == "robust":
         trace = np.trace(A, axis1=1, axis2=2)
         open_ = trace > 1e-30
-        for attempt, ridge in enumerate((1e-3, 1e-2, 1e-1)):
+        for attempt, ridge in enumerate(ridges):
             rows = np.flatnonzero(open_)
             scale = trace[rows, None, None]
             step = -np.linalg.solve(A[rows] / scale + ridge * np.eye(3), b[rows, :, None] / scale)

@@ -29,6 +29,8 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> Clustering | 
 class VertexAverage(Clustering):
     """See `lodbench.kernels.cluster.vertex_average`."""
 
+    params: Params  # pyright: ignore[reportIncompatibleVariableOverride]
+
     def __init__(self, upload: Upload, params: Params, found: Found | None) -> None:
         super().__init__(upload, params, found)
         chunks, vertices, triangles = params.chunks, self._vertices, self._triangles

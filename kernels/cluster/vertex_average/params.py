@@ -15,8 +15,6 @@ class Params(WarpedTarget):
 
     Attributes:
         chunks: maps that are summed apart, 1 to 64; the number decides how sums are rounded, so it belongs here.
-        remove_duplicates: of output triangles with the same three vertices, whichever way they face, keep the first.
     """
 
     chunks: Annotated[int, Range(1, 64)] = 2
-    remove_duplicates: bool = False

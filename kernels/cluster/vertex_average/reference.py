@@ -6,12 +6,12 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.grid import Grid
-from lodbench.kernels.cluster.target import GridTarget
 from lodbench.kernels.cluster.unchanged import without_duplicates
 from lodbench.kernels.cluster.warp import Warp
+from lodbench.kernels.cluster.warped import WarpedTarget
 
 
-def simplify(mesh: TriangleMesh, params: GridTarget, warp: Warp | None = None) -> TriangleMesh:
+def simplify(mesh: TriangleMesh, params: WarpedTarget, warp: Warp | None = None) -> TriangleMesh:
     """The mesh with one vertex per used cell of the grid that `params` names, in the order of the cells."""
     if warp is None:
         grid = Grid.over(*mesh.box, params.grid_cells)
@@ -30,4 +30,4 @@ def simplify(mesh: TriangleMesh, params: GridTarget, warp: Warp | None = None) -
     sums = [np.bincount(row[inside], axis[inside], len(used)) for axis in points.T]
     means = np.stack(sums, axis=1) / np.maximum(count, 1)[:, None]
     made = TriangleMesh(grid.positions(means), triangles.reshape(-1, 3))
-    return without_duplicates(made) if getattr(params, "remove_duplicates", False) else made
+    return without_duplicates(made) if params.remove_duplicates else made

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.triangles import terrain
 from lodbench.harness.measure.quality import measure
-from lodbench.kernels.cluster.octree import Params, reference
+from lodbench.kernels.cluster.octree import Params, reference, reference_boxes
 from lodbench.kernels.cluster.octree import simplify as simplify_to
 from lodbench.kernels.cluster.octree.host import prepare
 from lodbench.kernels.cluster.octree.search import find_limit
@@ -31,6 +32,11 @@ def cluster(device, mesh, **params):
     return prepared
 
 
+def passes(prepared):
+    check = prepared.check()
+    assert check.passed, f"{check.what}: {check.value} > {check.tolerance}"
+
+
 def outcome(prepared):
     (mesh,) = prepared.result()
     return mesh.positions.tobytes(), mesh.triangles.tobytes()
@@ -42,22 +48,27 @@ def open_edges(mesh):
     return np.unique(edges, axis=0, return_counts=True)[1] % 2
 
 
-@pytest.mark.parametrize("whole", [True, False])
+@pytest.mark.parametrize("more", [{}, {"shape": "cubes", "border": "none"}])
 @pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize(("levels", "error"), [(1, 0.2), (3, 0.02), (5, 0.0), (6, 0.003)])
+@pytest.mark.parametrize(("levels", "error"), [(1, 0.2), (3, 0.02), (5, 0.0), (5, 0.003)])
 @pytest.mark.parametrize(
     "make", [nine_point_plane, tetrahedron, single_triangle, cube, sphere, wavy_sheet]
 )
-def test_octree_agrees_with_reference(device, make, levels, error, rule, whole):
-    prepared = cluster(device, make(), levels=levels, max_error=error, rule=rule, whole=whole)
-    check = prepared.check()
-    assert check.passed, f"{check.what}: {check.value} > {check.tolerance}"
+def test_octree_agrees_with_reference(device, make, levels, error, rule, more):
+    passes(cluster(device, make(), levels=levels, max_error=error, rule=rule, **more))
+
+
+@pytest.mark.parametrize("border", ["quadrics", "none", "keep"])
+@pytest.mark.parametrize("reduction", [0.3, 0.7, 0.9])
+def test_octree_agrees_with_reference_for_a_target(device, reduction, border):
+    for make in (sphere, wavy_sheet, lambda: terrain(30)):
+        passes(cluster(device, make(), target_reduction=reduction, border=border))
 
 
 def test_every_parent_is_the_sum_of_its_children(device):
-    made = cluster(device, wavy_sheet(), levels=5, max_error=0.01)
+    made = cluster(device, wavy_sheet(), levels=5, max_error=0.01, border="none")
     tree = made.read_tree()
-    expected = reference.build(wavy_sheet(), 5)
+    expected = reference.build(wavy_sheet(), 32)
     assert np.array_equal(tree["parents"], expected.parents)
     assert np.array_equal(tree["centres"][:, :3], expected.centres)
     # sums of all levels hold the same area and corners, in float32 and in float64
@@ -82,16 +93,49 @@ def test_every_parent_is_the_sum_of_its_children(device):
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_errors_below_no_root_are_larger_and_the_cut_nests(device, rule):
-    mesh = wavy_sheet()
-    made = cluster(device, mesh, levels=6, max_error=0.01, rule=rule)
-    tree = made.read_tree()
-    assert (tree["errors"][tree["parents"]] >= tree["errors"]).all()
-    maps = [
-        cluster(device, mesh, levels=6, max_error=e, rule=rule) for e in (0.0, 0.001, 0.01, 0.1)
+def test_larger_errors_leave_fewer_triangles(device, rule):
+    made = [
+        cluster(device, wavy_sheet(), levels=6, max_error=e, rule=rule)
+        for e in (0.0, 0.001, 0.01, 0.1)
     ]
-    counts = [p.counters()["triangles"] for p in maps]
+    counts = [p.counters()["triangles"] for p in made]
     assert counts == sorted(counts, reverse=True)
+
+
+def cheapest(tree, error, price, cube, box=(2, 2, 2)):
+    """What the vertices of a box in a cube cost at the least, by trying everything, and their number."""
+    below = np.flatnonzero((tree.parents == cube) & (np.arange(len(tree.parents)) != cube))
+    if not len(below):
+        return error[cube] + price
+    side = tree.centres[below] > tree.centres[cube]
+    inside = below[[all(d in (2, s) for d, s in zip(box, at, strict=True)) for at in side]]
+    if len(inside) < 2:
+        return sum(cheapest(tree, error, price, child) for child in inside)
+    if box == (2, 2, 2):
+        one = error[cube] + price
+    else:
+        rows = np.zeros(len(inside), int)
+        one = reference_boxes.solved(tree, np.array([cube]), inside, rows)[1][0] + price
+    ways = [one]
+    for axis in range(3):
+        if box[axis] == 2:
+            halves = [(*box[:axis], half, *box[axis + 1 :]) for half in (0, 1)]
+            ways.append(sum(cheapest(tree, error, price, cube, half) for half in halves))
+    return min(ways)
+
+
+@pytest.mark.parametrize("make", [lambda: sphere(8, 12), lambda: wavy_sheet(9)])
+def test_reference_joins_at_the_least_cost(make):
+    tree = reference.build(make(), 3)  # the last cells are cut
+    error = reference.errors(tree, make(), "total")
+    for limit in (0.03, 0.3):
+        joins, cost = reference_boxes.choose(tree, error, limit, "total")
+        assert cost == pytest.approx(cheapest(tree, error**2, limit**2, len(error) - 1))
+        # and that is what its vertices do cost
+        cells = reference_boxes.cells_of(tree, joins)
+        used = np.unique(reference_boxes.cut(tree, joins))
+        assert cost == pytest.approx((cells.energies[used] + limit**2).sum())
+        assert cost <= reference_boxes.choose(tree, error, limit, "total", boxed=False)[1] + 1e-12
 
 
 def test_maximum_rule_bounds_the_distance_to_every_plane(device):
@@ -183,8 +227,7 @@ def test_octree_at_any_scale_is_finite_and_right(device, scale, offset):
     for params in ({"max_error": 0.01}, {"target_reduction": 0.5}):
         prepared = cluster(device, mesh, **params)
         assert np.isfinite(prepared.result()[0].positions).all()
-        check = prepared.check()
-        assert check.passed, f"{check.what}: {check.value} > {check.tolerance}"
+        passes(prepared)
 
 
 def nasty():
@@ -220,9 +263,53 @@ def test_octree_survives_odd_meshes(device, name):
         {"max_error": 0.01}, {"target_reduction": 0.5}, {"levels": 9, "max_error": 0.0}
     ):  # fmt: skip
         prepared = cluster(device, mesh, **params)
-        check = prepared.check()
-        assert check.passed, f"{params}: {check.what}: {check.value} > {check.tolerance}"
+        passes(prepared)
         assert len(prepared.vertex_map()) == mesh.vertex_count
+
+
+@pytest.mark.parametrize("levels", [None, 4])
+def test_octree_without_duplicates_meets_its_target_and_has_none(device, levels):
+    ball = sphere()
+    mesh = TriangleMesh(ball.positions, np.repeat(ball.triangles, 2, axis=0))
+    params = {"target_count": 60, "levels": levels}
+    plain = cluster(device, mesh, **params)
+    assert plain.counters()["duplicate_triangles"] >= plain.counters()["triangles"] / 2
+    made = cluster(device, mesh, **params, remove_duplicates=True)
+    passes(made)
+    assert made.counters()["duplicate_triangles"] == 0
+    assert 50 <= made.counters()["triangles"] <= 60
+    assert plain.counters()["triangles"] <= 60
+
+
+def test_border_quadrics_bring_the_octree_nearer(device):
+    mesh = terrain(50)
+    errors = {}
+    for border in ("none", "quadrics", "keep"):
+        made = cluster(device, mesh, target_reduction=0.9, border=border)
+        errors[border] = measure(mesh, made.result()[0], samples=5000)["rms_error"]
+    assert errors["quadrics"] < 0.9 * errors["none"]
+
+
+def test_kept_border_vertices_come_back_last_and_as_they_were(device):
+    mesh = terrain(30)
+    made = cluster(device, mesh, target_reduction=0.6, border="keep")
+    border = np.unique(made.border[:, :2])
+    (result,) = made.result()
+    own = made.vertex_map()[border]
+    assert np.array_equal(own, result.vertex_count - len(border) + np.arange(len(border)))
+    assert np.array_equal(result.positions[own], mesh.positions[border])
+
+
+def test_boxes_bring_the_octree_nearer_than_cubes(device):
+    p = flat_lattice(60).positions.astype(float) / 60
+    p[:, 2] = 0.2 * np.sin(6 * p[:, 0])  # bends one way
+    mesh = TriangleMesh(p, flat_lattice(60).triangles)
+    errors = {}
+    for shape in ("boxes", "cubes"):
+        made = cluster(device, mesh, target_reduction=0.9, shape=shape)
+        errors[shape] = measure(mesh, made.result()[0], samples=5000)["rms_error"]
+        assert (made.counters()["used_boxes"] > 0) == (shape == "boxes")
+    assert errors["boxes"] < 0.7 * errors["cubes"]
 
 
 def test_octree_gives_memory_back(device):

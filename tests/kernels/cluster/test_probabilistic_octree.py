@@ -5,6 +5,7 @@ import pytest
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.octree import reference as whole_tree
+from lodbench.kernels.cluster.octree import reference_boxes
 from lodbench.kernels.cluster.probabilistic_octree import Params, reference
 from lodbench.kernels.cluster.probabilistic_octree import simplify as simplify_to
 from lodbench.kernels.cluster.probabilistic_octree.host import expected_collisions, prepare
@@ -24,6 +25,7 @@ WAYS = {
     "full": {},
     "crowded": {"storage": 0.02},
     "roomy": {"storage": 20.0, "search": "binary"},
+    "distinct": {"remove_duplicates": True},
     "randomised": {"construction": "randomised", "search": "binary"},
     "randomised_total": {"construction": "randomised", "rule": "total", "seed": 5},
 }
@@ -48,14 +50,15 @@ def test_probabilistic_octree_agrees_with_reference(device, make, levels, error,
 @pytest.mark.parametrize("make", [cube, sphere, wavy_sheet])
 def test_full_construction_without_collisions_gives_the_whole_trees_cut(device, make):
     mesh, levels = make(), 4
-    tree = whole_tree.build(mesh, levels)
-    errors = whole_tree.errors(tree, mesh, "rms", whole=False)
+    tree = whole_tree.build(mesh, 1 << levels)
+    errors = whole_tree.errors(tree, mesh, "rms")
     diagonal = mesh.diagonal / tree.grid.edge
     # thresholds between errors that are well apart, so that float32 decides alike
     order = np.unique(errors[errors > 1e-2])
     gaps = order[1:] / order[:-1]
     for k in np.argsort(gaps)[-3:]:
         limit = math.sqrt(order[k] * order[k + 1])
+        joins, _ = reference_boxes.choose(tree, errors, limit, "rms", boxed=False)
         made, seed = None, 0
         while made is None or made.counters()["collisions"] > 0:
             made = cluster(
@@ -63,7 +66,7 @@ def test_full_construction_without_collisions_gives_the_whole_trees_cut(device, 
             )
             seed += 1
         assert made.check().passed
-        expected, _, vertex_map = whole_tree.emit(tree, mesh, whole_tree.cut(tree, errors, limit))
+        expected, _, vertex_map = whole_tree.emit(tree, mesh, reference_boxes.cut(tree, joins))
         corners, other = vertex_map[mesh.triangles], made.vertex_map()[mesh.triangles]
         (mine,) = made.result()
         assert mine.triangle_count == expected.triangle_count
