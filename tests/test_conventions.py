@@ -35,6 +35,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "kernels/opencl/facts.py": "kernels/opencl/test_device.py",
     # through those who call it
     "kernels/function_text.py": "kernels/refine/test_function.py",
+    "kernels/launching.py": "kernels/refine/test_pattern.py",
     "kernels/common/probe.cl": "harness/doctor/test_examine.py",
     "kernels/common/displacement.cl": "kernels/refine/test_displacement.py",
     "kernels/common/function.cl": "kernels/refine/test_function.py",
