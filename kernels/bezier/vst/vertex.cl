@@ -2,11 +2,11 @@
 //
 // Source    Concheiro 2013, chapter 2 (VST); Concheiro et al., GRAPP 2010
 // Work      1-D over chunks of output vertices, row after row of the map and patch after patch
-// Reads     map        float[8 * map_stride]   as bezier/patch.cl has it
-//           controls   float[64 * patches]     likewise
+// Reads     map        float[8 * map_stride]   as bezier/row.cl has it
+//           controls   float[64 * patches]     as bezier/patch.cl has it
 // Writes    positions  float[3 * vertices]     packed; patch after patch
 //           normals    float[3 * vertices]     packed, unit length; nothing where NORMALS is 0
-// Needs     bezier/patch.cl
+// Needs     bezier/row.cl
 // Plain     bezier/vst/reference.py
 // Defines   CHUNK (a multiple of eight), NORMALS (1: normals too), STREAMING (common/packed.cl)
 
