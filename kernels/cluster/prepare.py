@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -22,7 +23,7 @@ from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.cluster.warped import warp_of
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import check
-from lodbench.kernels.result import Result
+from lodbench.kernels.result import Counters, Result
 from lodbench.kernels.system import run
 from lodbench.kernels.targets import missed
 
@@ -52,7 +53,8 @@ def prepare(
         ValueError: more than 2**27 cells.
         Unsupported: no room, or something that the device lacks.
     """
-    upload = Upload(device, mesh, files, warp_of(params, mesh, device))
+    warp = warp_of(params, mesh, device)
+    upload = Upload(device, mesh, files, warp, borders=params.uses_border)
     kept = border_vertices(upload.border_edges) if params.keeps_border else None
     asked = params.triangles(mesh.triangle_count)
     if asked is None:
@@ -105,17 +107,13 @@ def simplifier(
         check("remove_flipped", remove_flipped, bool)
         prepared = prepare(device, mesh, params.named(**options))
         frame = run(device, prepared)
-        (simplified,) = prepared.result()
+        simplified, vertex_map = prepared.read_back()
         if not attributes:
             simplified = simplified.bare()
-        counters = dict(prepared.counters())
-        result = Result(
-            simplified, prepared.vertex_map(), (simplified,), counters, prepared.setup, frame
-        )
-        carrying = attributes and has_attributes(mesh)
-        if not isinstance(prepared, Clustering) or not (carrying or remove_flipped):
-            return result
-        return _finished(prepared, mesh, result, carrying, remove_flipped)
+        made = Result(simplified, vertex_map, (simplified,), {}, prepared.setup, frame)
+        if isinstance(prepared, Unchanged):
+            return replace(made, counters=prepared.counters())
+        return _finished(prepared, mesh, made, attributes and has_attributes(mesh), remove_flipped)
 
     return simplify
 
@@ -123,33 +121,41 @@ def simplifier(
 def _finished(
     prepared: Clustering,
     mesh: TriangleMesh,
-    result: Result,
+    made: Result,
     attributes: bool,
     remove_flipped: bool,
 ) -> Result:
-    """The result without the triangles that are turned over, and with attributes, as asked for."""
-    simplified, vertex_map, counters = result.mesh, result.vertex_map, dict(result.counters)
+    """The result without the triangles that are turned over, and with attributes, as asked for, and its counters."""
+    simplified, vertex_map, counters = made.mesh, made.vertex_map, dict(prepared.more_counters())
     assert vertex_map is not None
-    sources, _ = prepared.sources(remove_flipped)
-    if remove_flipped:
-        triangles = vertex_map[mesh.triangles[sources]].reshape(-1, 3)
-        counters["flipped_removed"] = simplified.triangle_count - len(triangles)
-        simplified, vertex_map = turned.with_triangles(simplified, vertex_map, triangles)
-        counters |= {
-            "flipped_triangles": 0, "triangles": len(triangles),
-            "duplicate_triangles": turned.duplicates(triangles, simplified.vertex_count),
-        }  # fmt: skip
-        if "target" in counters:
-            counters |= missed(int(counters["target"]), len(triangles))
-    if attributes:
-        with result.setup.host("attributes"):
-            carried = carry(mesh, simplified, vertex_map, sources)
-        simplified, vertex_map = carried.mesh, carried.vertex_map
-        counters["split_vertices"] = carried.split
-    counters["vertices"] = simplified.vertex_count
+    distinct = getattr(prepared.params, "remove_duplicates", False)
+    clustered = mesh, simplified, vertex_map, distinct
+    idle = partial(turned.counted, *clustered)
+    if remove_flipped or attributes:
+        sources = turned.sources(*clustered, remove_flipped)
+        if remove_flipped:
+            triangles = vertex_map[mesh.triangles[sources]].reshape(-1, 3)
+            counters["flipped_removed"] = simplified.triangle_count - len(triangles)
+            simplified, vertex_map = turned.with_triangles(simplified, vertex_map, triangles)
+            idle = partial(_none_flipped, simplified)
+            if "target" in counters:
+                counters |= missed(int(counters["target"]), len(triangles))
+        if attributes:
+            with made.setup.host("attributes"):
+                carried = carry(mesh, simplified, vertex_map, sources)
+            simplified, vertex_map = carried.mesh, carried.vertex_map
+            counters["split_vertices"] = carried.split
+    sizes = {"vertices": simplified.vertex_count, "triangles": simplified.triangle_count}
+    told = Counters({**sizes, **counters}, turned.COUNTED, idle)
     return replace(
-        result, mesh=simplified, vertex_map=vertex_map, levels=(simplified,), counters=counters
+        made, mesh=simplified, vertex_map=vertex_map, levels=(simplified,), counters=told
     )
+
+
+def _none_flipped(simplified: TriangleMesh) -> dict[str, int]:
+    """The counters of `turned.counted` where no triangle is turned over."""
+    repeated = turned.duplicates(simplified.triangles, simplified.vertex_count)
+    return dict(zip(turned.COUNTED, (repeated, 0), strict=True))
 
 
 def search_cells(
