@@ -55,4 +55,16 @@ static inline int8 bezier_unit8(planes8 *unit, const planes8 q, const planes8 r)
     return square <= DEGENERATE;
 }
 
-#define BEZIER_ANY(mask) (as_ulong4(mask).x | as_ulong4(mask).y | as_ulong4(mask).z | as_ulong4(mask).w)
+static inline bool bezier_any(const int8 mask)
+{
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_ia32_movmskps256)
+#define BEZIER_ANY 1
+    return __builtin_ia32_movmskps256(as_float8(mask)) != 0;
+#endif
+#endif
+#ifndef BEZIER_ANY
+    const ulong4 words = as_ulong4(mask);
+    return (words.x | words.y | words.z | words.w) != 0;
+#endif
+}

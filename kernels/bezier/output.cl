@@ -11,8 +11,12 @@
 // aligned vectors may go past them.
 #if STREAMING
 #define BEZIER_OUT __private
+#define BEZIER_BEGIN(name, count, place) float name[3 * (count)]
+#define BEZIER_END(name, count, place) bezier_flush(name, count, place)
 #else
 #define BEZIER_OUT __global
+#define BEZIER_BEGIN(name, count, place) __global float *restrict name = (place)
+#define BEZIER_END(name, count, place)
 #endif
 
 // eight vertices, of which the first `room` may be written

@@ -7,7 +7,7 @@
 // Writes    nothing
 // Needs     bezier/normal.cl
 // Plain     bezier/reference.py
-// Defines   STREAMING (bezier/output.cl)
+// Defines   NORMALS (1: normals too), STREAMING (bezier/output.cl)
 
 #pragma OPENCL FP_CONTRACT OFF
 
@@ -114,10 +114,26 @@ static inline void bezier_normals(BEZIER_OUT float *out, const bezier_row *row, 
         planes8 n;
         const int8 is_bad = bezier_unit8(&n, q, r);
         bezier_put(out + 3 * k, n, room - k);
-        if (BEZIER_ANY(is_bad)) bezier_mend(out + 3 * k, is_bad, patch, (float)i * step, j + k, step, room - k);
+        if (bezier_any(is_bad)) bezier_mend(out + 3 * k, is_bad, patch, (float)i * step, j + k, step, room - k);
     }
     if (is_last) {
         const float3 n = bezier_cross(row->last_across.xyz, row->last_along.xyz);
         vstore3(bezier_unit(n, patch, (float)i * step, 1.0f), count - 1, out);
     }
+}
+
+// the patch's vertices from number `vertex` on, `most` of them or all that are left; returns how many
+static inline uint bezier_rows(BEZIER_OUT float *points, BEZIER_OUT float *normals, const bezier_patch *patch,
+    const bezier_map map, const uint vertex, const uint most, const uint side)
+{
+    uint i = vertex / side, j = vertex % side, done = 0;
+    for (; i < side && done < most; ++i, j = 0) {
+        const uint here = min(side - j, most - done);
+        bezier_row row;
+        bezier_row_of(&row, patch, map, i, NORMALS);
+        bezier_points(points + 3 * done, &row, map, i, j, here, most - done, side);
+        if (NORMALS) bezier_normals(normals + 3 * done, &row, patch, map, i, j, here, most - done, side);
+        done += here;
+    }
+    return done;
 }

@@ -13,6 +13,7 @@ from lodbench.kernels.bezier.arrangement import Arrangement
 from lodbench.kernels.bezier.lattice import lattice_parameters, stored_map
 from lodbench.kernels.bezier.params import BezierParams
 from lodbench.kernels.bezier.reference import normals_at, patch_scales, points_at
+from lodbench.kernels.launching import group_size
 from lodbench.kernels.opencl import Buffer, Device
 from lodbench.kernels.subject import POINT, DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface, Stored
@@ -99,7 +100,7 @@ class Tessellated(DeviceSubject):
                 with self.setup.host("build"):
                     program = self.device.build("bezier/seams.cl")
                 launch = program.launch(
-                    "bezier_seams", len(pairs), stage="seams", pairs=buffer,
+                    "bezier_seams", -(-len(pairs) // 32), stage="seams", local=group_size(self.device), pairs=buffer,
                     normals=self.normals, pair_count=len(pairs),
                 )  # fmt: skip
                 self.add(launch, bytes=(8 + 2 * POINT) * len(pairs))

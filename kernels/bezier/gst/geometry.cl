@@ -64,12 +64,8 @@ __kernel void gst_geometry(
     __global const float *c = controls + CONTROL_FLOATS * (size_t)(zone / each);
     bezier_patch patch;
     bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
-#if STREAMING
-    float points[3 * ZONE], directions[NORMALS ? 3 * ZONE : 1];
-#else
-    __global float *restrict points = positions + 3 * (size_t)zone * ZONE;
-    __global float *restrict directions = normals + (NORMALS ? 3 * (size_t)zone * ZONE : 0);
-#endif
+    BEZIER_BEGIN(points, ZONE, positions + 3 * (size_t)zone * ZONE);
+    BEZIER_BEGIN(directions, NORMALS ? ZONE : 1, normals + (NORMALS ? 3 * (size_t)zone * ZONE : 0));
     gst_surface surface;
     gst_surface_of(&surface, &patch);
     gst_strip strip;
@@ -86,7 +82,7 @@ __kernel void gst_geometry(
             planes8 n;
             const int8 is_bad = bezier_unit8(&n, made.q, made.r);
             bezier_put(directions + 3 * at, n, room);
-            if (BEZIER_ANY(is_bad)) {
+            if (bezier_any(is_bad)) {
                 int bad[8];
                 vstore8(is_bad, 0, bad);
                 for (uint k = 0; k < 8 && l + k < STRIP; ++k) {
@@ -98,8 +94,8 @@ __kernel void gst_geometry(
         }
     }
     gst_borders(points, &patch, i, j, segments, step);
-#if STREAMING
-    bezier_flush(points, ZONE, positions + 3 * (size_t)zone * ZONE);
-    if (NORMALS) bezier_flush(directions, ZONE, normals + 3 * (size_t)zone * ZONE);
+    BEZIER_END(points, ZONE, positions + 3 * (size_t)zone * ZONE);
+#if NORMALS
+    BEZIER_END(directions, ZONE, normals + 3 * (size_t)zone * ZONE);
 #endif
 }

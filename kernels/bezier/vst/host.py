@@ -15,13 +15,17 @@ from lodbench.kernels.opencl import Device
 FLOPS = {False: 24, True: 75}  # of a vertex, counted from the kernel: without normals, and with
 
 
+def map_arrangement(level: int) -> Arrangement:
+    """A patch's virtual vertices in order."""
+    return Arrangement(np.arange(side_vertices(level) ** 2), lattice_triangles(level))
+
+
 class Vst(Tessellated):
     """Patches under vertex shader tessellation: see `lodbench.kernels.bezier.vst`."""
 
     def __init__(self, device: Device, patches: BezierPatches, params: Params) -> None:
         side = side_vertices(params.level)
-        arrangement = Arrangement(np.arange(side * side), lattice_triangles(params.level))
-        super().__init__(device, patches, params, arrangement)
+        super().__init__(device, patches, params, map_arrangement(params.level))
         with self.setup.host("upload"):
             weights = self.upload_map()
         size = self.vertex_bytes * self.vertices

@@ -8,7 +8,7 @@
 //           normals    float[3 * vertices]     packed, unit length; nothing where NORMALS is 0
 // Needs     bezier/row.cl
 // Plain     bezier/vst/reference.py
-// Defines   CHUNK (a multiple of eight), NORMALS (1: normals too), STREAMING (common/packed.cl)
+// Defines   CHUNK (a multiple of eight), NORMALS (1: normals too), STREAMING (bezier/output.cl)
 
 __kernel void vst_vertex(
     __global const float *restrict map,
@@ -24,31 +24,19 @@ __kernel void vst_vertex(
 
     const bezier_map weights = {map, map_stride};
     const uint count = (uint)min((ulong)CHUNK, vertex_count - first), each = side * side;
-#if STREAMING
-    float points[3 * CHUNK], directions[NORMALS ? 3 * CHUNK : 1];
-#else
-    __global float *restrict points = positions + 3 * first;
-    __global float *restrict directions = normals + 3 * first;
-#endif
+    BEZIER_BEGIN(points, CHUNK, positions + 3 * first);
+    BEZIER_BEGIN(directions, NORMALS ? CHUNK : 1, normals + (NORMALS ? 3 * first : 0));
     ulong p = first / each;
-    uint i = (uint)(first - p * each) / side, j = (uint)(first - p * each) % side;
-    for (uint done = 0; done < count; ++p, i = 0) {
-        bezier_patch patch;
+    uint vertex = (uint)(first - p * each);
+    for (uint done = 0; done < count; ++p, vertex = 0) {
         __global const float *c = controls + CONTROL_FLOATS * p;
+        bezier_patch patch;
         bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
-        for (; i < side && done < count; ++i, j = 0) {
-            const uint here = min(side - j, count - done);
-            bezier_row row;
-            bezier_row_of(&row, &patch, weights, i, NORMALS);
-            bezier_points(points + 3 * done, &row, weights, i, j, here, count - done, side);
-#if NORMALS
-            bezier_normals(directions + 3 * done, &row, &patch, weights, i, j, here, count - done, side);
-#endif
-            done += here;
-        }
+        done += bezier_rows(
+            points + 3 * done, directions + (NORMALS ? 3 * done : 0), &patch, weights, vertex, count - done, side);
     }
-#if STREAMING
-    bezier_flush(points, count, positions + 3 * first);
-    if (NORMALS) bezier_flush(directions, count, normals + 3 * first);
+    BEZIER_END(points, count, positions + 3 * first);
+#if NORMALS
+    BEZIER_END(directions, count, normals + 3 * first);
 #endif
 }
