@@ -139,27 +139,9 @@ class Tessellated(DeviceSubject):
     def check(self) -> Check:
         """Points and normals of some patches, spread over all, against float64."""
         positions, normals = self._read()
-        last = max(self.count - 1, 0)
-        chosen = np.unique(np.linspace(0, last, min(CHECKED, self.count)).astype(np.int64))
-        P = self._patches.points[chosen].astype(np.float64)
-        u, v = (
-            values[self.arrangement.places] for values in lattice_parameters(self._params.level)
+        return judged(
+            self._patches, self._params.level, positions, normals, self.arrangement.places
         )
-        slots = len(self.arrangement.places)
-        points = points_at(P, u, v)
-        box = self._patches.points.reshape(-1, 3).astype(np.float64)
-        size = max(np.linalg.norm(np.ptp(box, axis=0)), np.abs(box).max()) if len(box) else 1.0
-        off = np.abs(positions.reshape(-1, slots, 3)[chosen] - points).max(initial=0)
-        worst = off / (max(size, 1e-37) * POSITION_LIMIT)
-        if normals is not None:
-            expected, certain = normals_at(P, u, v)
-            turned = np.linalg.norm(normals.reshape(-1, slots, 3)[chosen] - expected, axis=-1)
-            worst = np.max([worst, turned[certain].max(initial=0) / NORMAL_LIMIT])  # NaN is worst
-        what = (
-            "largest error, of points as a share of 1e-6 of the box and of normals as a share of 0.1 degree, "
-            f"{len(chosen)} of {self.count} patches"
-        )
-        return Check(bool(worst <= 1), what, float(worst), 1.0)
 
     def more_counters(self) -> Mapping[str, int | float]:
         """The patches, and which of their borders are one."""
@@ -179,6 +161,42 @@ class Tessellated(DeviceSubject):
             static_vertices=vertices,
             static_bytes=self.vertex_bytes * vertices + POINT * triangles,
         )
+
+
+def judged(
+    patches: BezierPatches,
+    level: int,
+    positions: Floats,
+    normals: Floats | None,
+    places: borders.Numbers,
+) -> Check:
+    """Were these the points and normals of the patches? Some, spread over all, are compared with float64.
+
+    Args:
+        patches: that were tessellated.
+        level: of resolution.
+        positions: (m * slots, 3).
+        normals: likewise, or None.
+        places: (slots,) the virtual vertex of each slot.
+    """
+    count, slots = len(patches.points), len(places)
+    chosen = np.unique(np.linspace(0, max(count - 1, 0), min(CHECKED, count)).astype(np.int64))
+    P = patches.points[chosen].astype(np.float64)
+    u, v = (values[places] for values in lattice_parameters(level))
+    points = points_at(P, u, v)
+    box = patches.points.reshape(-1, 3).astype(np.float64)
+    size = max(np.linalg.norm(np.ptp(box, axis=0)), np.abs(box).max()) if len(box) else 1.0
+    off = np.abs(positions.reshape(-1, slots, 3)[chosen] - points).max(initial=0)
+    worst = off / (max(size, 1e-37) * POSITION_LIMIT)
+    if normals is not None:
+        expected, certain = normals_at(P, u, v)
+        turned = np.linalg.norm(normals.reshape(-1, slots, 3)[chosen] - expected, axis=-1)
+        worst = np.max([worst, turned[certain].max(initial=0) / NORMAL_LIMIT])  # NaN is worst
+    what = (
+        "largest error, of points as a share of 1e-6 of the box and of normals as a share of 0.1 degree, "
+        f"{len(chosen)} of {count} patches"
+    )
+    return Check(bool(worst <= 1), what, float(worst), 1.0)
 
 
 def vertex_total(patches: int, slots: int) -> int:
