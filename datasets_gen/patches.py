@@ -5,6 +5,7 @@ from __future__ import annotations
 import zipfile
 import zlib
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,6 +106,22 @@ def cup() -> BezierPatches:
         for sign in (1, -1)
     ]
     return BezierPatches(np.concatenate([bowl.points, np.array(handle)]))
+
+
+class Made(Protocol):
+    """What has a surface, such as an entry of the catalogue."""
+
+    @property
+    def surface(self) -> object:
+        """Made or read when it is asked for."""
+        ...
+
+
+def scene(one: Made, count: int) -> BezierPatches:
+    """`copies` of patches that are made or read only now."""
+    surface = one.surface
+    assert isinstance(surface, BezierPatches)
+    return copies(surface, count)
 
 
 def copies(patches: BezierPatches, count: int) -> BezierPatches:

@@ -17,6 +17,7 @@ from lodbench.harness.report.amounts import rounded
 from lodbench.harness.report.distances import DRAWN_FROM, distance_pictures
 from lodbench.harness.report.refinements import refinement_pictures
 from lodbench.harness.report.statistics import summary
+from lodbench.harness.report.tessellations import tessellation_pictures
 from lodbench.harness.report.warps import warp_pictures
 from lodbench.kernels import simplify_mesh
 from lodbench.kernels.image import write_png
@@ -57,6 +58,7 @@ def write_pictures(folder: Path, device: Device) -> list[dict[str, Any]]:
         _distances(record, device),
         warp_pictures(record, SIZE, device),
         refinement_pictures(record, SIZE, device),
+        tessellation_pictures(record, SIZE, device),
         _datasets(record, device),
     ):
         write_png(images / picture["file"], pixels)
