@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import BezierPatches, Floats, TriangleMesh
 from lodbench.kernels.bezier import borders
@@ -116,7 +117,10 @@ class Tessellated(DeviceSubject):
         return [TriangleMesh(positions, triangles.reshape(-1, 3), normals)]
 
     def welded(self) -> TriangleMesh:
-        """The last frame's mesh with every shared vertex once; triangles at collapsed edges are left out."""
+        """The last frame's mesh with every shared vertex once, and triangles at collapsed edges left out.
+
+        Where patches meet at an angle a vertex has the mean of their normals.
+        """
         positions, normals = self._read()
         vertex, count = borders.sharing(self._borders, self._params.level)
         vertex = vertex[:, self.arrangement.places].ravel()
@@ -126,9 +130,9 @@ class Tessellated(DeviceSubject):
         triangles = vertex[(self.arrangement.triangles[None] + starts).reshape(-1, 3)]
         a, b, c = triangles.T
         triangles = triangles[(a != b) & (b != c) & (c != a)]
-        return TriangleMesh(
-            positions[first], triangles, None if normals is None else normals[first]
-        )
+        if normals is not None:
+            normals = _shared_normals(normals, vertex, first)
+        return TriangleMesh(positions[first], triangles, normals)
 
     def _read(self) -> tuple[Floats, Floats | None]:
         self.live()
@@ -161,6 +165,22 @@ class Tessellated(DeviceSubject):
             static_vertices=vertices,
             static_bytes=self.vertex_bytes * vertices + POINT * triangles,
         )
+
+
+def _shared_normals(
+    normals: Floats, vertex: NDArray[np.uint32], first: NDArray[np.int64]
+) -> Floats:
+    """The normal of each vertex: that of all who share it, to the bit, or else the mean of theirs."""
+    shared = normals[first]
+    differs = (normals != shared[vertex]).any(axis=1)
+    mixed = np.zeros(len(first), bool)
+    mixed[vertex[differs]] = True
+    rows = np.flatnonzero(mixed[vertex])
+    sums = [np.bincount(vertex[rows], normals[rows, k], len(first)) for k in range(3)]
+    mean = np.stack(sums, axis=1)[mixed]
+    length = np.linalg.norm(mean, axis=1, keepdims=True)
+    shared[mixed] = np.where(length > 1e-6, mean / np.where(length > 0, length, 1), shared[mixed])
+    return shared
 
 
 def judged(

@@ -45,8 +45,8 @@ def tessellator(
     ) -> Result:
         """Every patch as triangles; `options` are those of the Params.
 
-        Welded, patches share the vertices on borders that have the same control points; there is one normal for each
-        vertex, that of the first of its patches.
+        Welded, patches share the vertices on borders that have the same control points, and one normal at each: where
+        they meet at an angle, the mean of theirs.
         """
         params = kind.named(**options)
         check("weld", weld, bool)

@@ -165,6 +165,19 @@ def test_vst_pole_has_the_normal_that_it_tends_to(device):
     assert np.abs(normals[:4, :, 0] - limit).max() < np.deg2rad(0.1)
 
 
+def test_vst_welded_has_the_mean_of_normals_at_a_crease():
+    flat = bicubic(0.0).points[0]
+    upright = flat[..., [2, 1, 0]] * (1, 1, -1)
+    mesh = tessellate_surface(None, BezierPatches(np.stack([flat, upright])), level=1).mesh
+    assert (mesh.vertex_count, mesh.triangle_count) == (9 + 9 - 3, 16)
+    at_crease = (mesh.positions[:, [0, 2]] == 0).all(axis=1)
+    assert at_crease.sum() == 3
+    expected = np.abs(mesh.normals[at_crease] @ (np.sqrt(0.5), 0, 0.0))
+    assert np.allclose(expected, 0.5)
+    inside = mesh.normals[~at_crease]
+    assert np.allclose(np.abs(inside).max(axis=1), 1)
+
+
 def test_vst_creases_keep_the_normals_of_both_sides(device):
     flat = bicubic(0.0).points[0]
     upright = flat[..., [2, 1, 0]] * (1, 1, -1)  # the same border x = 0, at a right angle
