@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.arrays import Origin
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.opencl import Timeline
+from lodbench.kernels.outputs import as_given
 
 
 class Counters(Mapping[str, int | float]):
@@ -70,6 +72,14 @@ class Result:
     setup: Timeline = field(default_factory=Timeline)
     frame: Timeline = field(default_factory=Timeline)
     level_maps: tuple[NDArray[np.uint32], ...] = ()
+
+    def to(self, given: Any) -> Any:
+        """The mesh as an object of the kind of `given`: see `outputs.as_given`.
+
+        Raises:
+            TypeError: of no such kind.
+        """
+        return as_given(self.mesh, given)
 
 
 Told = Callable[[str, float], None]

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.cluster import turned
-from lodbench.kernels.cluster.attributes import carry, has_attributes
+from lodbench.kernels.cluster.attributes import has_attributes
 from lodbench.kernels.cluster.borders import border_vertices
 from lodbench.kernels.cluster.clustering import Clustering
+from lodbench.kernels.cluster.finish import Asked, finished
 from lodbench.kernels.cluster.search import Found, find_cells
 from lodbench.kernels.cluster.survivors import DeviceSurvivors
 from lodbench.kernels.cluster.target import GridTarget
@@ -23,7 +22,7 @@ from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.cluster.warped import warp_of
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import check
-from lodbench.kernels.result import Counters, Result
+from lodbench.kernels.result import Result
 from lodbench.kernels.system import run
 from lodbench.kernels.targets import missed
 
@@ -86,6 +85,7 @@ def simplifier(
         *,
         attributes: bool = True,
         remove_flipped: bool = False,
+        manifold: bool = False,
         **options: Any,
     ) -> Result:
         """The simplified mesh, by a number of triangles or by a grid; other options are those of the Params.
@@ -101,10 +101,15 @@ def simplifier(
                 `cluster/attributes.py` says; `split_vertices` counts those added, `setup` has the stage "attributes".
             remove_flipped: drop output triangles whose normal points against that of the input triangle that they come
                 from, and vertices that no other uses; `flipped_removed` counts them. A target is met before.
+            manifold: part the sheets that meet at an edge or a vertex, as `cluster/manifold.py` says: no edge has more
+                than two triangles then, and a closed, oriented mesh stays closed, but for seams of attributes.
+                `parted_vertices` counts those added, `back_to_back_removed` the triangles that backed each other;
+                `setup` has the stage "manifold".
             **options: of the Params.
         """
         check("attributes", attributes, bool)
         check("remove_flipped", remove_flipped, bool)
+        check("manifold", manifold, bool)
         prepared = prepare(device, mesh, params.named(**options))
         frame = run(device, prepared)
         simplified, vertex_map = prepared.read_back()
@@ -113,49 +118,10 @@ def simplifier(
         made = Result(simplified, vertex_map, (simplified,), {}, prepared.setup, frame)
         if isinstance(prepared, Unchanged):
             return replace(made, counters=prepared.counters())
-        return _finished(prepared, mesh, made, attributes and has_attributes(mesh), remove_flipped)
+        asked = Asked(attributes and has_attributes(mesh), remove_flipped, manifold)
+        return finished(prepared, mesh, made, asked)
 
     return simplify
-
-
-def _finished(
-    prepared: Clustering,
-    mesh: TriangleMesh,
-    made: Result,
-    attributes: bool,
-    remove_flipped: bool,
-) -> Result:
-    """The result without the triangles that are turned over, and with attributes, as asked for, and its counters."""
-    simplified, vertex_map, counters = made.mesh, made.vertex_map, dict(prepared.more_counters())
-    assert vertex_map is not None
-    distinct = getattr(prepared.params, "remove_duplicates", False)
-    clustered = mesh, simplified, vertex_map, distinct
-    idle = partial(turned.counted, *clustered)
-    if remove_flipped or attributes:
-        sources = turned.sources(*clustered, remove_flipped)
-        if remove_flipped:
-            triangles = vertex_map[mesh.triangles[sources]].reshape(-1, 3)
-            counters["flipped_removed"] = simplified.triangle_count - len(triangles)
-            simplified, vertex_map = turned.with_triangles(simplified, vertex_map, triangles)
-            idle = partial(_none_flipped, simplified)
-            if "target" in counters:
-                counters |= missed(int(counters["target"]), len(triangles))
-        if attributes:
-            with made.setup.host("attributes"):
-                carried = carry(mesh, simplified, vertex_map, sources)
-            simplified, vertex_map = carried.mesh, carried.vertex_map
-            counters["split_vertices"] = carried.split
-    sizes = {"vertices": simplified.vertex_count, "triangles": simplified.triangle_count}
-    told = Counters({**sizes, **counters}, turned.COUNTED, idle)
-    return replace(
-        made, mesh=simplified, vertex_map=vertex_map, levels=(simplified,), counters=told
-    )
-
-
-def _none_flipped(simplified: TriangleMesh) -> dict[str, int]:
-    """The counters of `turned.counted` where no triangle is turned over."""
-    repeated = turned.duplicates(simplified.triangles, simplified.vertex_count)
-    return dict(zip(turned.COUNTED, (repeated, 0), strict=True))
 
 
 def search_cells(

@@ -31,7 +31,7 @@ def counted(
     """
     found = fates(mesh, simplified, vertex_map)
     if distinct:  # else each that survives is in the output: quicker than finding the rows
-        found = found[sources(mesh, simplified, vertex_map, distinct)]
+        found = found[sources(found, mesh, simplified, vertex_map, distinct)]
     return {
         "duplicate_triangles": duplicates(simplified.triangles, simplified.vertex_count),
         "flipped_triangles": int(np.count_nonzero(found == TURNED)),
@@ -39,6 +39,7 @@ def counted(
 
 
 def sources(
+    found: NDArray[np.uint8],
     mesh: TriangleMesh,
     simplified: TriangleMesh,
     vertex_map: NDArray[np.uint32],
@@ -48,10 +49,10 @@ def sources(
     """The input triangle of each output triangle, ascending; see `counted`.
 
     Args:
+        found: the input triangles' `fates`.
         mesh, simplified, vertex_map, distinct: as for `counted`.
         remove_flipped: leave out those that are turned over, before a duplicate is removed for their sake.
     """
-    found = fates(mesh, simplified, vertex_map)
     rows = np.flatnonzero(found == SURVIVES if remove_flipped else found)
     if distinct:
         triangles = vertex_map[mesh.triangles[rows]].reshape(-1, 3)
