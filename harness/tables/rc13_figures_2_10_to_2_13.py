@@ -25,7 +25,7 @@ LEVELS = (4, 5, 6)
 DRAW = Draw((1280, 1024), apart=True)
 GST, ZONE, NONE = "gst", "gst_zone_reuse", "gst_no_reuse"
 POINTS = "vst_positions"
-BASELINES = (GST, NONE, "numpy_bezier", "vst_one_core")
+BASELINES = (GST, NONE, "numpy_bezier", "scipy_bspline", "vst_one_core")
 ARRAYS = ("one model, positions", "one model, with normals")
 REUSE = {GST: "zone and row", ZONE: "zone", NONE: "none"}
 
@@ -48,6 +48,8 @@ def _scene(model: str, level: int) -> Group:
 def _alone(normals: bool) -> Group:
     size: dict[str, Any] = {"level": 7, "normals": normals}
     subjects = tuple(Subject(name, size) for name in ("vst", "gst", "numpy_bezier"))
+    if not normals:
+        subjects += (Subject("scipy_bspline", {"level": size["level"]}),)
     facts = {"scene": ARRAYS[normals], "level": 7}
     return Group(MODELS[0], subjects, facts, weight=2.0, standin_ok=True)
 
@@ -103,6 +105,7 @@ TABLE = Table(
         "A geometry shader emits strips, so inner rows are written twice, in zones of at most 1024 numbers. With "
         "reuse, a zone evaluates the surface by powers once and each row its curve; without, every sample begins with "
         "the control points. Triangles are the same for all.",
-        "numpy_bezier is two matrix products for points; its normals take three passes more.",
+        "numpy_bezier is two matrix products for points; its normals take three passes more. "
+        "scipy_bspline makes points alone, in float64.",
     ),
 )
