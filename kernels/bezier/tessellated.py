@@ -23,6 +23,7 @@ POSITION_LIMIT = 1e-6  # of the box diagonal
 NORMAL_LIMIT = np.deg2rad(0.1)
 CHECKED = 64  # patches that a check looks at
 CONTROL_FLOATS = 64
+LARGEST = 1e36  # coordinate: a patch's coefficients by powers are 64 times that at the most
 
 
 def control_rows(points: Floats) -> Floats:
@@ -41,10 +42,10 @@ class Tessellated(DeviceSubject):
     Attributes:
         arrangement: of each patch's output.
         controls: on the device, as `control_rows`.
-        positions, normals: of the output; normals hold one number where none are asked for.
+        positions, normals: of the output; there are no normals where none are asked for.
 
     Raises:
-        ValueError: more vertices than 32-bit indices can name.
+        ValueError: more vertices than 32-bit indices can name, or a coordinate that the sums cannot bear.
         Unsupported: the output does not fit the device's memory.
     """
 
@@ -60,6 +61,8 @@ class Tessellated(DeviceSubject):
         self.arrangement = arrangement
         self.count = len(patches.points)
         slots = len(arrangement.places)
+        if (size := float(np.abs(patches.points).max(initial=0))) > LARGEST:
+            raise ValueError(f"points: expected coordinates up to {LARGEST:g}, got {size:g}")
         self.vertices = vertex_total(self.count, slots)
         with self.setup.host("borders"):
             self._borders = borders.borders_of(patches.points)

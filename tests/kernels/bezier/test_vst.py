@@ -212,6 +212,8 @@ def test_vst_refuses_what_it_cannot_do():
         tessellate(np.zeros((2, 3, 3, 3)))
     with pytest.raises(ValueError, match="points: expected"):
         tessellate(np.full((1, 4, 4, 3), np.nan))
+    with pytest.raises(ValueError, match=r"points: expected coordinates up to 1e\+36, got 3e\+38"):
+        tessellate(np.full((1, 4, 4, 3), 3e38))
     with pytest.raises(TypeError, match="option: expected one"):
         tessellate(patches.cup(), lvl=3)
     with pytest.raises(ValueError, match=r"level: expected at most 2\*\*32 vertices"):
