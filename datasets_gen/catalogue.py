@@ -2,11 +2,10 @@
 
 Generated ones need no files and are named shape_size: any size works (`torus_250k`, `terrain_3m`), the
 nearest count that the shape allows is made, and `_sorted` after it gives the triangles in spatial order;
-`bunny_69k_to_1k` is a coarse version with at most so many triangles, made by fast-simplification.
-Mesh files of one's
-own get a name by `adopt`. Real scans are read from the data folder (LODBENCH_DATA, or the cache of downloads):
-`meshes/`, `bezier/`, `nurbs/`, `nasty/`. Where a scan is not there, `<name>_standin` is a generated surface of
-like size and topology; it keeps its own name in every record.
+`bunny_69k_to_1k` is a coarse version with at most so many triangles, made by fast-simplification; `teapot_x5` is a
+scene of five copies of patches. Mesh files of one's own get a name by `adopt`. Real scans are read from the data folder
+(LODBENCH_DATA, or the cache of downloads): `meshes/`, `bezier/`, `nurbs/`, `nasty/`. Where a scan is not there,
+`<name>_standin` is a generated surface of like size and topology; it keeps its own name in every record.
 """
 
 from __future__ import annotations
@@ -162,6 +161,12 @@ def _entry(name: str, files: dict[str, Dataset]) -> Dataset | None:
         note, fine = "by fast-simplification", base
         make = lambda: coarse_version(_mesh(fine), count)  # noqa: E731
         return replace(base, name=name, triangles=None, note=note, make=make)
+    if match := re.fullmatch(r"(\w+?)_x([1-9]\d{0,2})(_standin)?", name):
+        one = _entry(match[1] + (match[3] or ""), files)
+        if one is None or one.kind != "patches":
+            return None
+        note = f"{match[2]} copies of {one.name} side by side"
+        return replace(one, name=name, note=note, make=partial(patches.scene, one, int(match[2])))
     base = _entry(name.removesuffix("_sorted"), files) if name.endswith("_sorted") else None
     if base is None or base.kind != "triangles":
         return None

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import zipfile
+import zlib
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,7 @@ from lodbench.datasets_gen.read import FileError
 from lodbench.datasets_gen.surfaces import BezierPatches
 
 SUFFIXES = FOLDERS["bezier"]
+_BROKEN = ValueError, TypeError, OSError, KeyError, EOFError, zipfile.BadZipFile, zlib.error
 _QUARTER = 4 / 3 * (2**0.5 - 1)
 """Length of the tangents with which one cubic stays nearest to a quarter of the unit circle."""
 
@@ -30,21 +33,32 @@ def read_patches(path: str | Path) -> BezierPatches:
             with np.load(path, allow_pickle=False) as archive:
                 if "patches" not in archive:
                     raise ValueError(f"expected the key 'patches', got {sorted(archive)}")
-                return BezierPatches(archive["patches"])
+                patches = BezierPatches(archive["patches"])
+                if not len(patches.points):
+                    raise ValueError("patches: expected at least one, got none")
+                return patches
         if path.suffix.lower() == ".bpt":
-            numbers = numbers_in(path.read_bytes())
-            count = int(numbers[0]) if len(numbers) else 0
-            if len(numbers) != 1 + 50 * count:
-                raise ValueError(f"expected {count} bicubic patches, got {len(numbers)} numbers")
-            table = numbers[1:].reshape(count, 50)
-            if (table[:, :2] != 3).any():
-                raise ValueError("expected patches of degree 3 3, got another degree")
-            return BezierPatches(table[:, 2:].reshape(count, 4, 4, 3))
+            return BezierPatches(_bpt_points(numbers_in(path.read_bytes())))
     except FileNotFoundError:
         raise FileError(f"{path}: no such file") from None
-    except (ValueError, TypeError, OSError, KeyError, EOFError, zipfile.BadZipFile) as error:
+    except _BROKEN as error:
         raise FileError(f"{path}: {' '.join(str(error).split())}") from error
     raise FileError(f"{path}: expected a suffix of {' '.join(SUFFIXES)}, got {path.suffix!r}")
+
+
+def _bpt_points(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The control points, (n, 4, 4, 3), of a .bpt file's numbers."""
+    if len(numbers) > 2 and tuple(numbers[1:3]) != (3, 3):
+        raise ValueError(f"expected patches of degree 3 3, got {numbers[1]:g} {numbers[2]:g}")
+    count = int(numbers[0]) if len(numbers) and np.isfinite(numbers[0]) else 0
+    if count < 1:
+        raise ValueError("expected a number of patches, got none")
+    if len(numbers) != 1 + 50 * count:
+        raise ValueError(f"expected {count} bicubic patches, got {len(numbers)} numbers")
+    table = numbers[1:].reshape(count, 50)
+    if (table[:, :2] != 3).any():
+        raise ValueError("expected patches of degree 3 3, got another degree")
+    return table[:, 2:].reshape(count, 4, 4, 3)
 
 
 def _smooth_curve(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -92,6 +106,22 @@ def cup() -> BezierPatches:
         for sign in (1, -1)
     ]
     return BezierPatches(np.concatenate([bowl.points, np.array(handle)]))
+
+
+class Made(Protocol):
+    """What has a surface, such as an entry of the catalogue."""
+
+    @property
+    def surface(self) -> object:
+        """Made or read when it is asked for."""
+        ...
+
+
+def scene(one: Made, count: int) -> BezierPatches:
+    """`copies` of patches that are made or read only now."""
+    surface = one.surface
+    assert isinstance(surface, BezierPatches)
+    return copies(surface, count)
 
 
 def copies(patches: BezierPatches, count: int) -> BezierPatches:

@@ -182,9 +182,16 @@ def refine(
     return result.mesh.points.astype(dtype, copy=False), result.mesh.triangles
 
 
+def _curved(surface: Any) -> BezierPatches | NurbsModel:
+    """Control points (n, 4, 4, 3) as Bezier patches; surfaces as they are."""
+    if isinstance(surface, np.ndarray | list | tuple):
+        return BezierPatches(surface)
+    return surface
+
+
 def tessellate_surface(
     device: Device | str | None,
-    surface: BezierPatches | NurbsModel,
+    surface: Any,
     *,
     method: str | None = None,
     **options: Any,
@@ -193,21 +200,22 @@ def tessellate_surface(
 
     Args:
         device: an open device, a name for `Device.open`, or None for the default, which stays open.
-        surface: Bezier patches or a NURBS model.
+        surface: Bezier patches or a NURBS model; control points of bicubic patches, (n, 4, 4, 3), are taken too.
         method: a system's name, of those with the verb tessellate; None takes the preferred one.
-        **options: the method's own, those of its Params.
+        **options: the method's own, those of its Params, such as level=4; weld=False leaves each patch its own points.
 
     Raises:
         TypeError, ValueError: an argument is wrong, or no system takes the surface.
         Unsupported: the device cannot hold the result.
     """
     check("method", method, str | None)
+    surface = _curved(surface)
     chosen = verbs.method("tessellate", method, surface)
     return chosen(open_device(device), surface, **options)
 
 
 def tessellate(
-    surface: BezierPatches | NurbsModel,
+    surface: Any,
     *,
     method: str | None = None,
     device: Device | str | None = None,

@@ -35,6 +35,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "kernels/opencl/facts.py": "kernels/opencl/test_device.py",
     # through those who call it
     "kernels/function_text.py": "kernels/refine/test_function.py",
+    "kernels/launching.py": "kernels/refine/test_pattern.py",
     "kernels/common/probe.cl": "harness/doctor/test_examine.py",
     "kernels/common/displacement.cl": "kernels/refine/test_displacement.py",
     "kernels/common/function.cl": "kernels/refine/test_function.py",
@@ -72,6 +73,10 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/tables/gmr05_path.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_st_mesh.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_pn.py": "harness/tables/test_gmr05.py",
+    "harness/tables/rc13_2_1.py": "harness/tables/test_rc13.py",
+    "harness/tables/rc13_5_13_to_5_18.py": "harness/tables/test_rc13.py",
+    "harness/tables/rc13_5_1_to_5_3.py": "harness/tables/test_rc13.py",
+    "harness/tables/rc13_figures_2_10_to_2_13.py": "harness/tables/test_rc13.py",
     "harness/tables/w14_parameterisation.py": "harness/tables/test_w14.py",
     "harness/tables/w14_scale.py": "harness/tables/test_w14.py",
     "harness/tables/w14_table1.py": "harness/tables/test_w14.py",

@@ -76,7 +76,16 @@ def _common(
 
 def _register() -> None:
     """Import the files that add their commands to `app`, in the order of the help."""
-    for part in ("lists", "mesh", "render", "image", "measure", "records", "datasets"):
+    for part in (
+        "lists",
+        "mesh",
+        "tessellate",
+        "render",
+        "image",
+        "measure",
+        "records",
+        "datasets",
+    ):
         import_module(f"lodbench.harness.cli.{part}")
 
 

@@ -17,7 +17,7 @@ PATHS = ("turntable", "orbit", "fly_through")
 DISPLACEMENTS = ("sine", "perlin", "turbulence")
 RAISING = (".cl", ".png", ".npy")
 MODES = ("coarse_to_fine", "cmcf", "ray")
-MESHES = (*names.FOLDERS["meshes"], ".npz")
+MESHES = (*names.FOLDERS["meshes"], *names.FOLDERS["bezier"])
 
 
 def _folder(package: str) -> Path:
@@ -58,6 +58,11 @@ def simplify_methods() -> list[str]:
 def refine_methods() -> list[str]:
     """What `refine --method` takes."""
     return _methods("refine")
+
+
+def tessellate_methods() -> list[str]:
+    """What `tessellate --method` takes."""
+    return _methods("tessellate")
 
 
 def displacements() -> tuple[str, ...]:

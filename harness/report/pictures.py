@@ -18,6 +18,7 @@ from lodbench.harness.report.distances import DRAWN_FROM, distance_pictures
 from lodbench.harness.report.octrees import octree_pictures
 from lodbench.harness.report.refinements import refinement_pictures
 from lodbench.harness.report.statistics import summary
+from lodbench.harness.report.tessellations import tessellation_pictures
 from lodbench.harness.report.warps import warp_pictures
 from lodbench.kernels import simplify_mesh
 from lodbench.kernels.image import write_png
@@ -60,6 +61,7 @@ def write_pictures(folder: Path, device: Device) -> list[dict[str, Any]]:
         warp_pictures(record, SIZE, device),
         octree_pictures(record, SIZE, device),
         refinement_pictures(record, SIZE, device),
+        tessellation_pictures(record, SIZE, device),
         _datasets(record, device),
     ):
         write_png(images / picture["file"], pixels)

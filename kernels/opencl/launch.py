@@ -12,6 +12,7 @@ import numpy as np
 
 from lodbench.kernels.opencl import caches
 from lodbench.kernels.opencl.driver import DeviceError
+from lodbench.kernels.opencl.image import Image
 from lodbench.kernels.opencl.memory import Buffer
 from lodbench.kernels.opencl.source import Parameter, kernel_parameters
 from lodbench.kernels.opencl.timeline import Timeline
@@ -114,6 +115,11 @@ class Launch:
             if not isinstance(value, Buffer):
                 where = f"{self._name}: {parameter.name}"
                 raise TypeError(f"{where}: expected a Buffer, got {type(value).__name__}")
+            if (parameter.space == "image") != isinstance(value, Image):
+                expected = "an Image" if parameter.space == "image" else "a Buffer"
+                raise TypeError(
+                    f"{self._name}: {parameter.name}: expected {expected}, got {value.name}"
+                )
             if value.dtype.itemsize != parameter.scalar.itemsize or (
                 (value.dtype.kind == "f") != (parameter.scalar.kind == "f")
             ):

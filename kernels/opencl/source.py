@@ -94,14 +94,14 @@ class Parameter:
     """One parameter of a kernel, read from its source: `scalar` is the numpy dtype of one lane."""
 
     name: str
-    space: str  # "global", "constant", "local" or "" for a value
+    space: str  # "global", "constant", "local", "image" or "" for a value
     scalar: np.dtype
     lanes: int
 
 
 _SCALARS = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
-    "long": "i8", "ulong": "u8", "float": "f4", "double": "f8", "half": "f2",
+    "long": "i8", "ulong": "u8", "float": "f4", "double": "f8", "half": "f2", "image2d_t": "f4",
 }  # fmt: skip
 _KERNEL = re.compile(
     r"__kernel\s+(?:__attribute__\s*\(\(.*?\)\)\s*)*void\s+(\w+)\s*\(([^)]*)\)", re.S
@@ -121,6 +121,7 @@ def kernel_parameters(source: str) -> dict[str, tuple[Parameter, ...]]:
             if kind is None:
                 raise ValueError(f"{name}: expected a built-in scalar or vector type, got {text!r}")
             space = next((s for s in ("global", "constant", "local") if f"__{s}" in words), "")
+            space = "image" if "image2d_t" in words else space
             lanes = int(kind[2] or 1)
             parameters.append(Parameter(words[-1], space, np.dtype(_SCALARS[kind[1]]), lanes))
         found[name] = tuple(parameters)

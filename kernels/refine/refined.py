@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
+from lodbench.kernels.launching import LINE, VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.opencl import Buffer, Device, Timeline
 from lodbench.kernels.refine.lattice import (
     lattice_interpolation,
@@ -18,7 +19,6 @@ from lodbench.kernels.refine.lattice import (
     refined_mesh,
     welded_mesh,
 )
-from lodbench.kernels.refine.launching import LINE, VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.levels import Batch, Level
 from lodbench.kernels.refine.params import LevelParams
 from lodbench.kernels.refine.surface import TOLERANCE, Coarse, Surface

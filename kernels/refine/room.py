@@ -5,9 +5,9 @@ from __future__ import annotations
 import psutil
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.launching import VERTEX_BYTES
 from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.refine.lattice import lattice_vertex_count, vertex_total
-from lodbench.kernels.refine.launching import VERTEX_BYTES
 
 TRIANGLE_BYTES = 12
 COARSE_BYTES = 88  # of a triangle while it is refined: corners with normals, and its indices

@@ -24,6 +24,16 @@ def small(facts):
     return (facts["triangles"] or 0) < 200_000
 
 
+def test_scene_is_so_many_copies_of_patches():
+    one, five = (catalogue.load(name) for name in ("cup_26", "cup_26_x5"))
+    assert (five.name, five.kind) == ("cup_26_x5", "patches")
+    assert len(five.surface.points) == 5 * len(one.surface.points)
+    assert catalogue.find("teapot_x2_standin").standin
+    for name in ("torus_20k_x2", "cup_26_x0", "nothing_x2"):
+        with pytest.raises(ValueError, match="expected a name"):
+            catalogue.find(name)
+
+
 def test_every_generated_dataset_is_what_its_facts_say(nowhere):
     for name, facts in catalogue.describe().items():
         if not small(facts):

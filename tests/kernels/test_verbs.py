@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from lodbench.datasets_gen.nurbs import ball
 from lodbench.datasets_gen.patches import cup
 from lodbench.datasets_gen.surfaces import GeometryImage
 from lodbench.datasets_gen.triangles import icosphere
@@ -36,6 +37,7 @@ def test_surface_decides_where_no_method_is_named():
     mesh, square = icosphere(1), image()
     assert verbs.method("simplify", None, mesh) is systems()["quadric_clustering"].verbs["simplify"]
     assert verbs.method("simplify", None, square) is systems()["quadtree_lod"].verbs["simplify"]
+    assert verbs.method("tessellate", None, cup()) is systems()["vst"].verbs["tessellate"]
     assert verbs.method("refine", None, mesh) is systems()["pattern"].verbs["refine"]
 
 
@@ -51,9 +53,9 @@ def test_what_no_system_does_is_said_in_one_line():
     with pytest.raises(
         TypeError, match="tessellate: expected a surface that some system takes, got"
     ):
-        verbs.method("tessellate", None, cup())
+        verbs.method("tessellate", None, ball())
     with pytest.raises(TypeError, match="tessellate: expected a surface that some system takes"):
-        tessellate(cup())
+        tessellate(ball())
 
 
 @pytest.mark.parametrize("name", [name for name, system in systems().items() if system.cases])

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
+from lodbench.kernels.launching import VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.opencl import Device, Launch, Timeline
 from lodbench.kernels.refine.adaptive_patterns.choosing import FOLDER, Choosing
 from lodbench.kernels.refine.adaptive_patterns.params import Params
@@ -23,7 +24,6 @@ from lodbench.kernels.refine.adaptive_patterns.sharing import (
 )
 from lodbench.kernels.refine.adaptive_patterns.tags import measures
 from lodbench.kernels.refine.lattice import joined_mesh
-from lodbench.kernels.refine.launching import VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.surface import TOLERANCE
 from lodbench.kernels.subject import POINT, Step
 from lodbench.kernels.system import Check, DeviceSurface, Frame, Stored

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.launching import group_size
 from lodbench.kernels.opencl import Device, Launch, Program
-from lodbench.kernels.refine.launching import group_size
 from lodbench.kernels.refine.levels import Batch, Level
 from lodbench.kernels.refine.pattern.params import Params
 from lodbench.kernels.refine.pattern.surface import Flat

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.launching import VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.opencl import Device, Unsupported
-from lodbench.kernels.refine.launching import VERTEX_BYTES, group_size, kernel_defines
 from lodbench.kernels.refine.params import LevelParams, RefineParams
 from lodbench.kernels.refine.refined import Refined
 from lodbench.kernels.refine.static_vbo.params import Params

@@ -44,6 +44,7 @@ def offered(monkeypatch, capfd):
         (["simplify", "icosphere_"], "icosphere_5"),
         (["simplify", "a.ply", "b.ply", "--method", "qua"], "quadric_clustering"),
         (["refine", "a.ply", "b.ply", "-m", "p"], "pattern"),
+        (["tessellate", "a.bpt", "b.ply", "-m", "v"], "vst"),
         (["render", "a.ply", "b.png", "--colour", "wire"], "wireframe"),
         (["geometry-image", "a.ply", "b.npz", "--mode", "c"], "cmcf"),
         (["datasets", "make", "plane_2"], "plane_2k"),

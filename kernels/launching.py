@@ -1,4 +1,4 @@
-"""How a kernel that writes refined vertices is built and launched: whole vectors in long rows on a CPU."""
+"""How a kernel that writes points and normals is built and launched: whole vectors in long rows on a CPU."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ STREAM_BYTES = 16 << 20  # a larger output leaves no cache warm: its stores go p
 
 
 def kernel_defines(device: Device, output_bytes: int) -> dict[str, int]:
-    """The constants that a refining kernel is built with on this device."""
+    """The constants that such a kernel is built with on this device."""
     streaming = device.facts.kind == "cpu" and output_bytes > STREAM_BYTES
     return {"CHUNK": CHUNK.get(device.facts.kind, LINE), "STREAMING": int(streaming)}
 
 
 def group_size(device: Device) -> int:
-    """Work-items per group of a refining kernel, at most the device's own number."""
+    """Work-items per group of such a kernel, at most the device's own number."""
     return min(GROUP.get(device.facts.kind, device.local_size), device.local_size)

@@ -1,0 +1,111 @@
+"""Vertex shader against geometry shader tessellation by level: Concheiro 2013, figures 2.10 to 2.13."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from lodbench.harness.plan.group import Draw, Group, Subject
+from lodbench.harness.plan.table import (
+    FRAME_COLUMNS,
+    STATUS_COLUMNS,
+    WALL_COLUMNS,
+    Column,
+    Entry,
+    Row,
+    Table,
+    brief,
+    frame_ratio_columns,
+    ratio_columns,
+)
+
+MODELS = ("teapot", "teacup", "elephant_gumbo")
+COPIES = 5
+LEVELS = (4, 5, 6)
+DRAW = Draw((1280, 1024), apart=True)
+GST, ZONE, NONE = "gst", "gst_zone_reuse", "gst_no_reuse"
+POINTS = "vst_positions"
+BASELINES = (GST, NONE, "numpy_bezier", "scipy_bspline", "vst_one_core")
+ARRAYS = ("one model, positions", "one model, with normals")
+REUSE = {GST: "zone and row", ZONE: "zone", NONE: "none"}
+
+
+def _scene(model: str, level: int) -> Group:
+    size: dict[str, Any] = {"level": level}
+    subjects = (
+        Subject("vst", size, draw=DRAW),
+        Subject("gst", size, GST, draw=DRAW),
+        Subject("gst", {**size, "reuse": "zone"}, ZONE),
+        Subject("gst", {**size, "reuse": "none"}, NONE),
+        Subject("vst", size, "vst_one_core", one_core=True),
+        Subject("numpy_bezier", size),
+    )
+    facts = {"scene": f"S{COPIES} {model}", "level": level}
+    weight = 1 + 4.0**level / 500
+    return Group(f"{model}_x{COPIES}", subjects, facts, weight=weight, standin_ok=True)
+
+
+def _alone(normals: bool) -> Group:
+    size: dict[str, Any] = {"level": 7, "normals": normals}
+    subjects = tuple(Subject(name, size) for name in ("vst", "gst", "numpy_bezier"))
+    if not normals:
+        subjects += (Subject("scipy_bspline", {"level": size["level"]}),)
+    facts = {"scene": ARRAYS[normals], "level": 7}
+    return Group(MODELS[0], subjects, facts, weight=2.0, standin_ok=True)
+
+
+def groups(quick: bool) -> list[Group]:
+    """Each scene at each level, then one teapot with 128 x 128 cells to a patch; `quick` has the teapots alone."""
+    made = [_scene(model, level) for model in (MODELS[:1] if quick else MODELS) for level in LEVELS]
+    return [*made, *(_alone(normals) for normals in (False, True))]
+
+
+def own(entry: Entry) -> Mapping[str, Any]:
+    """Vertices per second, each of those that are written; what was reused, and how many zones."""
+    row = entry.row
+    vertices, wall = row["vertices_out"], row["wall_s"]
+    triangles = row["triangles_out"]
+    more: Row = {"triangles_k": triangles / 1000 if triangles else None}
+    if vertices and wall:
+        more["vertices_per_s"] = vertices / wall
+    if entry.subject.system == "gst":
+        more["reused"] = REUSE[entry.subject.label]
+    return more
+
+
+TABLE = Table(
+    id="rc13_figures_2_10_to_2_13",
+    title="Vertex shader against geometry shader tessellation",
+    source="Concheiro 2013, figures 2.10 to 2.13; published on a GeForce 9800 GTX, an ATI 3870 X2 and an ATI 5870, "
+    "whose values were not at hand",
+    groups=groups,
+    own=own,
+    columns=(
+        Column("scene", "scene", brief=True),
+        Column("dataset", "dataset"),
+        Column("level", "L", brief=True),
+        Column("triangles_k", "triangles, thousands", brief=True),
+        Column("system", "system", brief=True),
+        Column("reused", "reused"),
+        Column("zones", "zones"),
+        Column("zone_values", "values of a zone"),
+        *WALL_COLUMNS,
+        Column("stage_s", "device time", "s"),
+        *FRAME_COLUMNS,
+        Column("vertices_out", "vertices written"),
+        Column("vertices_per_s", "vertices per second", "1/s", brief=True),
+        Column("stored_bytes", "stored", "B"),
+        *ratio_columns(BASELINES, shown=(GST, "numpy_bezier")),
+        *brief(frame_ratio_columns([GST])),
+        Column("published_frame_fps", "published fps", "1/s"),
+        *STATUS_COLUMNS,
+    ),
+    notes=(
+        "Frame fps adds raster and shading at 1280 x 1024 with the whole scene in view.",
+        "A geometry shader emits strips, so inner rows are written twice, in zones of at most 1024 numbers. With "
+        "reuse, a zone evaluates the surface by powers once and each row its curve; without, every sample begins with "
+        "the control points. Triangles are the same for all.",
+        "numpy_bezier is two matrix products for points; its normals take three passes more. "
+        "scipy_bspline makes points alone, in float64.",
+    ),
+)

@@ -1,0 +1,51 @@
+"""The parametric map over all patches, in one launch."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lodbench.datasets_gen.surfaces import BezierPatches
+from lodbench.kernels.bezier.arrangement import Arrangement
+from lodbench.kernels.bezier.lattice import lattice_triangles, side_vertices
+from lodbench.kernels.bezier.tessellated import CONTROL_FLOATS, Tessellated
+from lodbench.kernels.bezier.vst.params import Params
+from lodbench.kernels.launching import group_size, kernel_defines
+from lodbench.kernels.opencl import Device
+
+FLOPS = {False: 24, True: 75}  # of a vertex, counted from the kernel: without normals, and with
+
+
+def map_arrangement(level: int) -> Arrangement:
+    """A patch's virtual vertices in order."""
+    return Arrangement(np.arange(side_vertices(level) ** 2), lattice_triangles(level))
+
+
+class Vst(Tessellated):
+    """Patches under vertex shader tessellation: see `lodbench.kernels.bezier.vst`."""
+
+    def __init__(self, device: Device, patches: BezierPatches, params: Params) -> None:
+        side = side_vertices(params.level)
+        super().__init__(device, patches, params, map_arrangement(params.level))
+        with self.setup.host("upload"):
+            weights = self.upload_map()
+        size = self.vertex_bytes * self.vertices
+        defines = kernel_defines(device, size) | {"NORMALS": int(params.normals)}
+        with self.setup.host("build"):
+            program = device.build("bezier/vst/vertex.cl", defines=defines)
+        launch = program.launch(
+            "vst_vertex",
+            -(-self.vertices // defines["CHUNK"]),
+            stage="vertex",
+            local=group_size(device),
+            map=weights,
+            controls=self.controls,
+            positions=self.positions,
+            normals=self.normals,
+            map_stride=weights.shape[1],
+            side=side,
+            vertex_count=self.vertices,
+        )
+        read = 4 * (CONTROL_FLOATS * self.count + 8 * side)
+        if self.vertices:
+            self.add(launch, bytes=size + read, flops=FLOPS[params.normals] * self.vertices)
+        self.finish()

@@ -1,0 +1,42 @@
+// Vertex shader tessellation: the stored parametric map becomes points and normals of every patch.
+//
+// Source    Concheiro 2013, chapter 2 (VST); Concheiro et al., GRAPP 2010
+// Work      1-D over chunks of output vertices, row after row of the map and patch after patch
+// Reads     map        float[8 * map_stride]   as bezier/row.cl has it
+//           controls   float[64 * patches]     as bezier/patch.cl has it
+// Writes    positions  float[3 * vertices]     packed; patch after patch
+//           normals    float[3 * vertices]     packed, unit length; nothing where NORMALS is 0
+// Needs     bezier/row.cl
+// Plain     bezier/vst/reference.py
+// Defines   CHUNK (a multiple of eight), NORMALS (1: normals too), STREAMING (bezier/output.cl)
+
+__kernel void vst_vertex(
+    __global const float *restrict map,
+    __global const float *restrict controls,
+    __global float *restrict positions,
+    __global float *restrict normals,
+    const uint map_stride,
+    const uint side,
+    const ulong vertex_count)
+{
+    const ulong first = (ulong)get_global_id(0) * CHUNK;
+    if (first >= vertex_count) return;
+
+    const bezier_map weights = {map, map_stride};
+    const uint count = (uint)min((ulong)CHUNK, vertex_count - first), each = side * side;
+    BEZIER_BEGIN(points, CHUNK, positions + 3 * first);
+    BEZIER_BEGIN(directions, NORMALS ? CHUNK : 1, normals + (NORMALS ? 3 * first : 0));
+    ulong p = first / each;
+    uint vertex = (uint)(first - p * each);
+    for (uint done = 0; done < count; ++p, vertex = 0) {
+        __global const float *c = controls + CONTROL_FLOATS * p;
+        bezier_patch patch;
+        bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
+        done += bezier_rows(
+            points + 3 * done, directions + (NORMALS ? 3 * done : 0), &patch, weights, vertex, count - done, side);
+    }
+    BEZIER_END(points, count, positions + 3 * first);
+#if NORMALS
+    BEZIER_END(directions, count, normals + 3 * first);
+#endif
+}

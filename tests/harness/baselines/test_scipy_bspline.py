@@ -1,0 +1,19 @@
+import numpy as np
+import pytest
+
+from lodbench.datasets_gen import patches
+from lodbench.harness.baselines.scipy_bspline import SYSTEM, Params
+from lodbench.kernels.bezier.vst.reference import tessellated
+from lodbench.kernels.system import run
+
+
+@pytest.mark.parametrize("level", [0, 3, 6])
+def test_scipy_bspline_gives_the_surface_of_the_reference(device, level):
+    surface = patches.cup()
+    prepared = SYSTEM.prepare(device, surface, Params(level))
+    run(device, prepared)
+    assert prepared.check().passed
+    (mesh,) = prepared.result()
+    points, _ = tessellated(surface.points.astype(np.float64), level)
+    assert np.allclose(mesh.positions, points.reshape(-1, 3), atol=1e-6)
+    assert mesh.triangle_count == prepared.counters()["triangles"] == 26 * 2 * 4**level

@@ -1,0 +1,96 @@
+import json
+
+import numpy as np
+import pytest
+
+from lodbench.datasets_gen import patches
+from lodbench.datasets_gen.read import read_mesh
+from lodbench.harness.cli.app import main
+
+
+@pytest.fixture
+def cup(tmp_path):
+    path = tmp_path / "cup.npz"
+    np.savez(path, patches=patches.cup().points)
+    return path
+
+
+def bpt(path, points, degree="3 3"):
+    rows = "".join(
+        f"{degree}\n" + "".join(f"{p[0]!r} {p[1]!r} {p[2]!r}\n" for p in s.reshape(-1, 3).tolist())
+        for s in points
+    )
+    path.write_text(f"{len(points)}\n{rows}")
+    return path
+
+
+def test_tessellate_writes_normals_and_says_what_it_made(cup, tmp_path, capsys):
+    out = tmp_path / "cup.glb"
+    assert main(["tessellate", str(cup), str(out), "--level", "3", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["patches"], facts["carried"]) == (26, ["normals"])
+    mesh = read_mesh(out)
+    assert mesh.triangle_count == facts["triangles_out"] == 26 * 128 - 4 * 8
+    assert mesh.normals is not None
+
+
+def test_tessellate_without_welding_or_normals(cup, tmp_path, capsys):
+    out = tmp_path / "cup.ply"
+    words = [
+        "tessellate",
+        str(cup),
+        str(out),
+        "-n",
+        "1",
+        "--no-weld",
+        "-m",
+        "vst",
+        "-s",
+        "normals=false",
+    ]
+    assert main(words) == 0
+    assert "26 patches -> 208 triangles, 234 points" in capsys.readouterr().out
+    assert read_mesh(out).normals is None
+
+
+def test_tessellate_reads_bpt_and_datasets(tmp_path, capsys):
+    file = bpt(tmp_path / "pot.bpt", patches.pot(8).points)
+    made = []
+    for k, name in enumerate((str(file), "pot_32")):
+        made.append(tmp_path / f"{k}.ply")
+        assert main(["tessellate", name, str(made[-1]), "--level", "2"]) == 0
+    assert made[0].read_bytes() == made[1].read_bytes()
+
+
+def test_tessellate_says_in_one_line_what_is_wrong(cup, tmp_path, capsys):
+    points = patches.cup().points
+    cut = tmp_path / "cut.bpt"
+    cut.write_text("\n".join(bpt(tmp_path / "whole.bpt", points).read_text().split("\n")[:40]))
+    bad = tmp_path / "bad.npz"
+    np.savez(bad, patches=np.full((1, 4, 4, 3), np.nan))
+    none = tmp_path / "none.npz"
+    np.savez(none, patches=np.zeros((0, 4, 4, 3)))
+    (tmp_path / "empty.bpt").write_text("0\n")
+    (tmp_path / "words.bpt").write_text("nan nan nan\n")
+    half = tmp_path / "half.npz"
+    half.write_bytes(cup.read_bytes()[:700])
+    cases = {
+        str(cut): "expected 26 bicubic patches",
+        str(bpt(tmp_path / "degree.bpt", points[:, :3, :3], "2 2")): "of degree 3 3, got 2 2",
+        str(bad): "expected finite",
+        str(none): "expected at least one, got none",
+        str(tmp_path / "empty.bpt"): "expected a number of patches",
+        str(tmp_path / "words.bpt"): "",
+        str(half): "",
+        str(tmp_path / "missing.bpt"): "no such file",
+        "torus_20k": "expected Bezier patches, got TriangleMesh",
+        "no_such_thing": "expected a name",
+    }
+    for source, expected in cases.items():
+        assert main(["tessellate", source, str(tmp_path / "out.ply")]) == 2, source
+        said = capsys.readouterr().err
+        assert expected in said and said.count("\n") == 1, said
+    for words in (["--level", "30"], ["--level", "-1"], ["-m", "nothing"], ["-s", "lvl=2"]):
+        assert main(["tessellate", str(cup), str(tmp_path / "out.ply"), *words]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+    assert not (tmp_path / "out.ply").exists()
