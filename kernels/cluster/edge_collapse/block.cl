@@ -1,0 +1,154 @@
+// Edge collapse: one block's triangles by themselves, in its work-item's own slice of memory.
+//
+// Source    none
+// Work      functions only; numbers are the block's own and fit 16 bits; lists of corners are linked, so that two
+//           vertices' lists are joined where they stand
+// Reads     nothing
+// Writes    nothing
+// Needs     cluster/edge_collapse/state.cl cluster/edge_collapse/fragment.cl
+// Defines   BLOCK       most triangles of a block
+//           SLOTS       of the hash table, a power of two, more than its vertices can be
+
+#define VERTICES (3 * BLOCK)
+#define EDGES (4 * BLOCK)  // that a block's queue can ever hold
+#define NONE 0xFFFFu
+#define BORDER 1u  // kinds of vertices
+#define WHOLE 2u   // all of its triangles are the block's
+// words of a slice, whole cache lines: quadrics, queue, edges, ids, then what has 16 bits
+#define SLICE_WORDS ((16 * VERTICES + 2 * EDGES + 2 * EDGES + VERTICES + (4 + 4) * BLOCK / 2 + 6 * VERTICES / 2 + SLOTS / 2 + 31) / 16 * 16)
+
+typedef struct {
+    __global float16 *quadrics;
+    __global ulong *queue;  // cost's bits, number of the edge: a binary heap, the least first
+    __global uint2 *edges;  // both ends, the sum of their versions
+    __global uint *ids;     // the vertex of the mesh
+    __global ushort *corners, *next;  // [4 t + k]: vertex, next corner of the same; [4 t + 3]: does the triangle live?
+    __global ushort *head, *degree, *given, *version, *kind, *mark;  // of vertices; version 0: it stays or is gone
+    __global ushort *slots;
+    uint triangles, vertices, edge_count, queued, stamp;
+} Block;
+
+static inline void block_open(Block *b, __global uint *slice)
+{
+    b->quadrics = (__global float16 *)slice;
+    b->queue = (__global ulong *)(slice + 16 * VERTICES);
+    b->edges = (__global uint2 *)(b->queue + EDGES);
+    b->ids = (__global uint *)(b->edges + EDGES);
+    b->corners = (__global ushort *)(b->ids + VERTICES);
+    b->next = b->corners + 4 * BLOCK;
+    b->head = b->next + 4 * BLOCK;
+    b->degree = b->head + VERTICES;
+    b->given = b->degree + VERTICES;
+    b->version = b->given + VERTICES;
+    b->kind = b->version + VERTICES;
+    b->mark = b->kind + VERTICES;
+    b->slots = b->mark + VERTICES;
+}
+
+// the other two corners' vertices of corner c, in the triangle's order
+static inline uint2 block_others(const Block *b, const uint c)
+{
+    const uint k = c & 3, t = c - k;
+    return (uint2)(b->corners[t + (k == 2 ? 0 : k + 1)], b->corners[t + (k == 0 ? 2 : k - 1)]);
+}
+
+// the block's number of a vertex of the mesh, given where it is met first
+static inline uint block_number(Block *b, const uint id, __global const float4 *points)
+{
+    uint slot = id * 2654435761u & (SLOTS - 1);
+    while (true) {
+        const uint found = b->slots[slot];
+        if (found == NONE) break;
+        if (b->ids[found] == id) return found;
+        slot = (slot + 1) & (SLOTS - 1);
+    }
+    const uint own = b->vertices++;
+    const float4 p = points[id];
+    b->slots[slot] = own;
+    b->ids[own] = id;
+    b->quadrics[own] = (float16)(0, 0, 0, 0, 0, 0, 0, p.w, 0, 0, 0, 0, p.x, p.y, p.z, 0);
+    b->head[own] = NONE;
+    b->degree[own] = b->mark[own] = 0;
+    return own;
+}
+
+// planes upright on the border edges at a vertex, whose neighbours there are in one triangle with it
+static inline void block_border(Block *b, const uint u, const float weight)
+{
+    const uint once = ++b->stamp, twice = ++b->stamp;
+    for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
+        const uint2 w = block_others(b, c);
+        b->mark[w.x] = b->mark[w.x] == once ? twice : once;
+        b->mark[w.y] = b->mark[w.y] == once ? twice : once;
+    }
+    const float3 p = b->quadrics[u].scde;
+    for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
+        const uint2 w = block_others(b, c);
+        const float3 x = b->quadrics[w.x].scde - p, y = b->quadrics[w.y].scde - p;
+        const float3 normal = cross(x, y), a = cross(x, normal), z = cross(y, normal);
+        const float aa = dot(a, a), zz = dot(z, z);
+        if (b->mark[w.x] == once && aa > 0.0f) b->quadrics[u] += quadric_plane(a, weight * dot(x, x) / aa);
+        if (b->mark[w.y] == once && zz > 0.0f) b->quadrics[u] += quadric_plane(z, weight * dot(y, y) / zz);
+    }
+}
+
+// the block's triangles, their vertices with quadrics, and which of these may go: those all of whose triangles it has
+static inline void block_load(Block *b, __global const uint4 *rows, const uint count, __global const float4 *points,
+    const float border_weight, const uint keep_border)
+{
+    for (uint s = 0; s < SLOTS; ++s) b->slots[s] = NONE;
+    b->triangles = count;
+    b->vertices = b->edge_count = b->queued = b->stamp = 0;
+    for (uint t = 0; t < count; ++t) {
+        const uint4 row = rows[t];
+        const uint id[3] = {row.x, row.y, row.z};
+        uint own[3];
+        for (uint k = 0; k < 3; ++k) {
+            const uint v = own[k] = block_number(b, id[k], points);
+            b->corners[4 * t + k] = v;
+            b->next[4 * t + k] = b->head[v];
+            b->head[v] = 4 * t + k;
+            ++b->degree[v];
+        }
+        b->corners[4 * t + 3] = 1;
+        const float3 p = b->quadrics[own[0]].scde;
+        const float3 n = cross(b->quadrics[own[1]].scde - p, b->quadrics[own[2]].scde - p);
+        const float square = dot(n, n);
+        if (!(square > 0.0f)) continue;
+        const float16 plane = quadric_plane(n, 0.5f * rsqrt(square));  // area times the unit normal's square
+        for (uint k = 0; k < 3; ++k) b->quadrics[own[k]] += plane;
+    }
+    for (uint v = 0; v < b->vertices; ++v) {
+        b->given[v] = b->degree[v];
+        b->version[v] = b->quadrics[v].s7 == (float)b->degree[v];
+        b->kind[v] = b->version[v] ? WHOLE : 0;
+        // around a vertex inside the surface every neighbour follows once and goes before once
+        uint sum = 0;
+        if (b->version[v])
+            for (uint c = b->head[v]; c != NONE; c = b->next[c]) {
+                const uint2 w = block_others(b, c);
+                sum += w.x - w.y;
+            }
+        if (sum == 0) continue;
+        b->kind[v] |= BORDER;
+        if (keep_border)
+            b->version[v] = 0;
+        else
+            block_border(b, v, border_weight);
+    }
+}
+
+// does an edge run from u to v in some triangle?
+static inline bool block_runs(const Block *b, const uint u, const uint v)
+{
+    for (uint c = b->head[u]; c != NONE; c = b->next[c])
+        if (block_others(b, c).x == v) return true;
+    return false;
+}
+
+// is the edge from u to v, as some triangle has it, the one of the two that is asked?
+static inline bool block_asks(const Block *b, const uint u, const uint v)
+{
+    if (!b->version[u] || !b->version[v]) return false;
+    return u < v || (b->kind[u] & b->kind[v] & BORDER && !block_runs(b, v, u));
+}

@@ -1,0 +1,97 @@
+// Edge collapse, geometry stage: may an edge of a block go, and what becomes of the triangles at its ends?
+//
+// Source    Dey, Edelsbrunner, Guha & Nekhayev 1999, Topology preserving edge contraction (link condition)
+// Work      functions only
+// Reads     nothing
+// Writes    nothing
+// Needs     cluster/edge_collapse/block.cl cluster/edge_collapse/queue.cl
+
+// would a triangle at u turn by more than the limit, with u at p? Those with v go; those without area may do as they like
+static inline bool collapse_turns(const Block *b, const uint u, const uint v, const float3 p, const float limit)
+{
+    const float3 before = b->quadrics[u].scde;
+    for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
+        if (!b->corners[c | 3]) continue;
+        const uint2 w = block_others(b, c);
+        if (w.x == v || w.y == v) continue;
+        const float3 x = b->quadrics[w.x].scde, y = b->quadrics[w.y].scde;
+        const float3 n = cross(x - before, y - before), m = cross(x - p, y - p);
+        const float nn = dot(n, n), nm = dot(n, m);
+        if (nn > 0.0f && !(nm > 0.0f && nm * nm >= limit * nn * dot(m, m))) return true;
+    }
+    return false;
+}
+
+// triangles that go with the edge, 0 where it must stay: where the surface would no longer be what it was
+static inline uint collapse_gone(Block *b, const uint u, const uint v)
+{
+    const uint met = ++b->stamp, shared = ++b->stamp;
+    uint gone = 0, common = 0;
+    for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
+        if (!b->corners[c | 3]) continue;
+        const uint2 w = block_others(b, c);
+        b->mark[w.x] = b->mark[w.y] = met;
+        gone += w.x == v || w.y == v;
+    }
+    b->mark[v] = shared;
+    for (uint c = b->head[v]; c != NONE; c = b->next[c]) {
+        if (!b->corners[c | 3]) continue;
+        const uint2 w = block_others(b, c);
+        common += (b->mark[w.x] == met) + (w.y != w.x && b->mark[w.y] == met);
+        if (b->mark[w.x] == met) b->mark[w.x] = shared;
+        if (b->mark[w.y] == met) b->mark[w.y] = shared;
+    }
+    const bool along = b->kind[u] & b->kind[v] & BORDER;
+    const uint expected = along ? 1 : 2, least = (b->kind[u] | b->kind[v]) & BORDER ? 1 : 3;
+    if (gone != expected || common != expected) return 0;
+    return (uint)b->degree[u] + b->degree[v] < 2 * gone + least ? 0 : gone;
+}
+
+// v takes over the triangles of u but for those with both
+static inline void collapse_join(Block *b, const uint u, const uint v, const float16 merged)
+{
+    const uint ends[2] = {u, v};
+    uint head = NONE, degree = 0;
+    for (uint end = 0; end < 2; ++end)
+        for (uint c = b->head[ends[end]]; c != NONE;) {
+            const uint next = b->next[c];
+            if (b->corners[c | 3]) {
+                const uint2 w = block_others(b, c);
+                if (end == 0 && (w.x == v || w.y == v)) {
+                    b->corners[c | 3] = 0;
+                    --b->degree[w.x == v ? w.y : w.x];
+                } else {
+                    b->corners[c] = v;
+                    b->next[c] = head;
+                    head = c;
+                    ++degree;
+                }
+            }
+            c = next;
+        }
+    b->head[v] = head;
+    b->degree[v] = degree;
+    b->degree[u] = 0;
+    b->kind[v] |= b->kind[u];
+    b->version[u] = 0;
+    ++b->version[v];
+    b->quadrics[v] = merged;
+}
+
+// costs of the edges at v, anew
+static inline void collapse_ask(Block *b, const uint v, const float threshold)
+{
+    const uint asked = ++b->stamp;
+    for (uint c = b->head[v]; c != NONE; c = b->next[c]) {
+        const uint2 pair = block_others(b, c);
+        const uint both[2] = {pair.x, pair.y};
+        for (uint k = 0; k < 2; ++k) {
+            const uint w = both[k];
+            if (!b->version[w] || b->mark[w] == asked) continue;
+            b->mark[w] = asked;
+            float16 merged;
+            const float cost = quadric_merge(b->quadrics[v], b->quadrics[w], &merged);
+            if (cost <= threshold) queue_push(b, v, w, cost);
+        }
+    }
+}

@@ -1,0 +1,54 @@
+// Edge collapse: a block's queue of edges, a binary heap of cost and number; among equals the edge that came first.
+//
+// Source    Williams 1964, Algorithm 232, Heapsort
+// Work      functions only
+// Reads     nothing
+// Writes    nothing
+// Needs     cluster/edge_collapse/block.cl
+
+static inline void queue_sink(Block *b, uint i, const ulong item)
+{
+    while (true) {
+        uint child = 2 * i + 1;
+        if (child >= b->queued) break;
+        ulong least = b->queue[child];
+        if (child + 1 < b->queued && b->queue[child + 1] < least) least = b->queue[++child];
+        if (least >= item) break;
+        b->queue[i] = least;
+        i = child;
+    }
+    b->queue[i] = item;
+}
+
+// at the end, in no order; a full queue takes no more
+static inline void queue_append(Block *b, const uint u, const uint v, const float cost)
+{
+    if (b->edge_count >= EDGES) return;
+    const uint edge = b->edge_count++;
+    b->edges[edge] = (uint2)(u | v << 16, (uint)b->version[u] + b->version[v]);
+    b->queue[b->queued++] = (ulong)as_uint(cost) << 32 | edge;
+}
+
+static inline void queue_order(Block *b)
+{
+    for (uint i = b->queued / 2; i-- > 0;) queue_sink(b, i, b->queue[i]);
+}
+
+static inline void queue_push(Block *b, const uint u, const uint v, const float cost)
+{
+    const uint before = b->queued;
+    queue_append(b, u, v, cost);
+    if (b->queued == before) return;
+    uint i = before;
+    const ulong item = b->queue[i];
+    for (; i > 0 && b->queue[(i - 1) / 2] > item; i = (i - 1) / 2) b->queue[i] = b->queue[(i - 1) / 2];
+    b->queue[i] = item;
+}
+
+static inline uint2 queue_pop(Block *b)
+{
+    const uint edge = (uint)b->queue[0];
+    const ulong last = b->queue[--b->queued];
+    if (b->queued) queue_sink(b, 0, last);
+    return b->edges[edge];
+}
