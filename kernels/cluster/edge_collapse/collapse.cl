@@ -26,12 +26,14 @@ static inline bool collapse_turns(const Block *b, const uint u, const uint v, co
 static inline uint collapse_gone(Block *b, const uint u, const uint v)
 {
     const uint met = ++b->stamp, shared = ++b->stamp;
-    uint gone = 0, common = 0;
+    uint gone = 0, common = 0, opposite = u;
     for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
         if (!b->corners[c | 3]) continue;
         const uint2 w = block_others(b, c);
         b->mark[w.x] = b->mark[w.y] = met;
-        gone += w.x == v || w.y == v;
+        if (w.x != v && w.y != v) continue;
+        ++gone;
+        opposite = w.x == v ? w.y : w.x;
     }
     b->mark[v] = shared;
     for (uint c = b->head[v]; c != NONE; c = b->next[c]) {
@@ -43,7 +45,7 @@ static inline uint collapse_gone(Block *b, const uint u, const uint v)
     }
     const bool along = b->kind[u] & b->kind[v] & BORDER;
     const uint expected = along ? 1 : 2, least = (b->kind[u] | b->kind[v]) & BORDER ? 1 : 3;
-    if (gone != expected || common != expected) return 0;
+    if (gone != expected || common != expected || (along && b->degree[opposite] < 2)) return 0;
     return (uint)b->degree[u] + b->degree[v] < 2 * gone + least ? 0 : gone;
 }
 

@@ -12,6 +12,14 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.edge_collapse.curve import hilbert
 from lodbench.kernels.cluster.edge_collapse.params import Params
+from lodbench.kernels.cluster.edge_collapse.sweeps import (
+    ASKED,
+    ROOM,
+    bits_of,
+    capacity,
+    slice_words,
+    sweeps,
+)
 from lodbench.kernels.cluster.edge_collapse.verdict import verdict
 from lodbench.kernels.cluster.unchanged import Unchanged
 from lodbench.kernels.cluster.upload import Upload
@@ -29,23 +37,6 @@ BINS = 512  # of costs, see state.cl
 STATE = 16  # words
 BLOCKS_BEFORE, EACH_BEFORE = 3, 4
 SWEEPS, COLLAPSES = 10, 11
-ASKED = 16  # blocks whose costs are enough to tell what edges may cost
-ROOM = 1.5  # the grid's edge, times the mesh's: by what is left it is shifted between sweeps
-SHIFTS = (0.8191725134, 0.6710436067, 0.5497004779)  # fractions that never repeat near each other
-MOST_BITS = 6  # of cells along an axis
-
-
-def slice_words(block: int) -> tuple[int, int]:
-    """Words of a work-item's slice, and slots of its hash table, as `block.cl` has them."""
-    vertices, edges = 3 * block, 4 * block
-    slots = 1 << (4 * block - 1).bit_length()
-    words = 16 * vertices + 4 * edges + vertices + 4 * block + 3 * vertices + slots // 2
-    return (words + 31) // 16 * 16, slots
-
-
-def _least(extra: int) -> float:
-    """Share of the edges that the last sweeps may collapse at the least: more and more, so that they come to an end."""
-    return min(0.01 * 1.5**extra, 1.0)
 
 
 class EdgeCollapse(DeviceSubject):
@@ -146,14 +137,13 @@ class EdgeCollapse(DeviceSubject):
         params, m, block = self.params, self._triangles, self.params.block
         blocks = max(-(-m // block), 1)
         extent = float((upload.high - upload.low).max()) * self._prescale
-        self.bits = bits = max(1, min(MOST_BITS, round(math.log(max(m / 600, 1), 4) + 1)))
-        cells = 8**bits
+        bits = bits_of(m)
         along = (1 << bits) / ROOM
         low = (*(upload.low * self._prescale), along / extent if extent > 0 else 0.0)
         chunks = chunk_count(self.device, m)
         order = self.upload("order", hilbert(bits), role="scratch")
         keys = self.allocate("keys", m, np.uint32)
-        offsets = self.allocate("offsets", (chunks, cells), np.uint32)
+        offsets = self.allocate("offsets", (chunks, 8**bits), np.uint32)
         sorted_ = self.allocate("sorted", (m, 4), np.uint32)
         histograms = self.allocate("histograms", (blocks, BINS), np.uint32)
         totals = self.allocate("totals", BINS, np.uint32)
@@ -176,31 +166,27 @@ class EdgeCollapse(DeviceSubject):
         )  # fmt: skip
         sample = self._launch("geometry_sample", items, histograms=histograms, **within)
         # what stays of each share depends on the mesh: the least that a sweep must read and write is left out
-        for sweep in range(3 * params.sweeps + 5):
-            last = sweep >= params.sweeps - 1
-            shift = np.modf((sweep + 1) * np.array(SHIFTS))[0] * ((1 << bits) - along)
+        for sweep in sweeps(params, m, self.target):
+            shift = (*sweep.shift(bits), 0)
             self.add(
                 self._chunked(
-                    "sort_keys", m, points=self.points, order=order, low=low, shift=(*shift, 0),
-                    **sort,
+                    "sort_keys", m, points=self.points, order=order, low=low, shift=shift, **sort
                 )
-            )  # fmt: skip
+            )
             self.add(
                 self._launch(
                     "sort_scan", 1, offsets=offsets, state=self.state, bits=bits, block=block,
-                    asked=blocks if last else ASKED, chunk_count=chunks,
+                    whole=capacity(block) if sweep.last else block,
+                    asked=blocks if sweep.last else ASKED, chunk_count=chunks,
                 )
             )  # fmt: skip
             self.add(scatter)
             self.add(sample)
-            goal = self.target
-            if not last:
-                goal = round(m * (self.target / max(m, 1)) ** ((sweep + 1) / params.sweeps))
             self.add(
                 self._launch(
                     "plan_quotas", 1, histograms=histograms, quotas=quotas, totals=totals,
-                    state=self.state, target=self.target, goal=max(goal, self.target),
-                    gain=params.gain, least=_least(sweep - params.sweeps + 1) if last else 0.0,
+                    state=self.state, target=self.target, goal=sweep.goal, gain=params.gain,
+                    least=sweep.least,
                 )
             )  # fmt: skip
             self.add(collapse)
@@ -290,5 +276,7 @@ def prepare(
             device, mesh, upload.positions, upload.triangles, upload.setup, counters
         )  # fmt: skip
     with upload.setup.host("build"):
-        upload.program = device.build(*FILES, defines={"BLOCK": params.block, "SLOTS": slots})
+        upload.program = device.build(
+            *FILES, defines={"BLOCK": capacity(params.block), "SLOTS": slots}
+        )
     return EdgeCollapse(upload, params, target, locked)

@@ -119,6 +119,8 @@ class Surface:
         common = self.neighbours(u) & self.neighbours(v)
         if len(gone) != expected or len(common) != expected:
             return False
+        if along and any(len(self.at[w]) < 2 for w in common):
+            return False
         least = 1 if {u, v} & self.border else 3
         return len(self.at[u]) + len(self.at[v]) - 2 * expected >= least
 

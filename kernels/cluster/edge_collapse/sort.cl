@@ -57,6 +57,7 @@ __kernel void edge_collapse_sort_scan(
     __global uint *restrict state,
     const uint bits,
     const uint block,
+    const uint whole, // triangles that are one block
     const uint asked, // blocks to be asked for costs, about
     const uint chunk_count)
 {
@@ -72,7 +73,7 @@ __kernel void edge_collapse_sort_scan(
             sum += count;
         }
     state[LIVE] = sum;
-    state[BLOCKS] = (sum + block - 1) / block;
+    state[BLOCKS] = sum <= whole ? (sum > 0) : (sum + block - 1) / block;
     state[EACH] = sum ? (sum + state[BLOCKS] - 1) / state[BLOCKS] : 1;
     state[SAMPLED] = state[TAKEN] = 0;
     state[STRIDE] = max(state[BLOCKS] / asked, 1u);

@@ -1,0 +1,67 @@
+"""What the sweeps of a frame are to do, and the sizes of what they work in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from lodbench.kernels.cluster.edge_collapse.params import Params
+
+ASKED = 16  # blocks whose costs are enough to tell what edges may cost
+ROOM = 1.5  # the grid's edge, times the mesh's: by what is left it is shifted between sweeps
+SHIFTS = (0.8191725134, 0.6710436067, 0.5497004779)  # multiples whose fractions keep their distance
+MOST_BITS = 6  # of cells along an axis
+WHOLE = 1024  # triangles that are one block in the last sweeps, however small blocks are
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """One of them.
+
+    Attributes:
+        number: from 1.
+        goal: triangles that it is to leave, about.
+        last: blocks have quotas by their costs, so that the target is met.
+        least: share of the edges that may be collapsed at the least, more and more in the last sweeps, so that they
+            come to an end; 0 before.
+    """
+
+    number: int
+    goal: int
+    last: bool
+    least: float
+
+    def shift(self, bits: int) -> tuple[float, ...]:
+        """Of the grid along each axis, in cells of 2**bits along it."""
+        most = (1 << bits) * (1 - 1 / ROOM)
+        return tuple(math.modf(self.number * step)[0] * most for step in SHIFTS)
+
+
+def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
+    """In equal steps to the target, and more for what may be left; those after the target is met do nothing."""
+    share = target / max(triangle_count, 1)
+    for number in range(1, 3 * params.sweeps + 6):
+        extra = number - params.sweeps
+        goal = round(triangle_count * share ** min(number / params.sweeps, 1))
+        least = min(0.01 * 1.5**extra, 1.0) if extra >= 0 else 0.0
+        yield Sweep(number, max(goal, target), extra >= 0, least)
+
+
+def bits_of(triangle_count: int) -> int:
+    """Of the cells along an axis, so that each that is occupied has some hundred triangles of a surface."""
+    return max(1, min(MOST_BITS, round(math.log(max(triangle_count / 600, 1), 4) + 1)))
+
+
+def capacity(block: int) -> int:
+    """Triangles that a work-item has room for; in the last sweeps the whole mesh is one block where it has no more."""
+    return max(block, WHOLE)
+
+
+def slice_words(block: int) -> tuple[int, int]:
+    """Words of a work-item's slice, and slots of its hash table, as `block.cl` has them."""
+    block = capacity(block)
+    vertices, edges = 3 * block, 4 * block
+    slots = 1 << (4 * block - 1).bit_length()
+    words = 16 * vertices + 4 * edges + vertices + 4 * block + 3 * vertices + slots // 2
+    return (words + 31) // 16 * 16, slots
