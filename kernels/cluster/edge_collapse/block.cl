@@ -5,7 +5,7 @@
 //           vertices' lists are joined where they stand
 // Reads     nothing
 // Writes    nothing
-// Needs     cluster/edge_collapse/state.cl cluster/edge_collapse/fragment.cl
+// Needs     common/transpose.cl cluster/edge_collapse/state.cl cluster/edge_collapse/fragment.cl
 // Defines   BLOCK       most triangles of a block
 //           SLOTS       of the hash table, a power of two, more than its vertices can be
 
@@ -15,10 +15,12 @@
 #define BORDER 1u  // kinds of vertices
 #define WHOLE 2u   // all of its triangles are the block's
 // words of a slice, whole cache lines: quadrics, queue, edges, ids, then what has 16 bits
-#define SLICE_WORDS ((16 * VERTICES + 2 * EDGES + 2 * EDGES + VERTICES + (4 + 4) * BLOCK / 2 + 6 * VERTICES / 2 + SLOTS / 2 + 31) / 16 * 16)
+#define SLICE_WORDS ((16 * VERTICES + 4 * EDGES + VERTICES + (4 + 4) * BLOCK / 2 + 6 * VERTICES / 2 + SLOTS / 2 + 31) / 16 * 16)
 
 typedef struct {
-    __global float16 *quadrics;
+    __global float8 *planes;   // of vertices: A as xx xy xz yy yz zz, c, triangles in the whole mesh
+    __global float4 *lines;    // b
+    __global float4 *places;   // x y z
     __global ulong *queue;  // cost's bits, number of the edge: a binary heap, the least first
     __global uint2 *edges;  // both ends, the sum of their versions
     __global uint *ids;     // the vertex of the mesh
@@ -28,9 +30,11 @@ typedef struct {
     uint triangles, vertices, edge_count, queued, stamp;
 } Block;
 
-static inline void block_open(Block *b, __global uint *slice)
+INLINE void block_open(Block *b, __global uint *slice)
 {
-    b->quadrics = (__global float16 *)slice;
+    b->planes = (__global float8 *)slice;
+    b->lines = (__global float4 *)(slice + 8 * VERTICES);
+    b->places = b->lines + VERTICES;
     b->queue = (__global ulong *)(slice + 16 * VERTICES);
     b->edges = (__global uint2 *)(b->queue + EDGES);
     b->ids = (__global uint *)(b->edges + EDGES);
@@ -46,14 +50,14 @@ static inline void block_open(Block *b, __global uint *slice)
 }
 
 // the other two corners' vertices of corner c, in the triangle's order
-static inline uint2 block_others(const Block *b, const uint c)
+INLINE uint2 block_others(const Block *b, const uint c)
 {
     const uint k = c & 3, t = c - k;
     return (uint2)(b->corners[t + (k == 2 ? 0 : k + 1)], b->corners[t + (k == 0 ? 2 : k - 1)]);
 }
 
 // the block's number of a vertex of the mesh, given where it is met first
-static inline uint block_number(Block *b, const uint id, __global const float4 *points)
+INLINE uint block_number(Block *b, const uint id, __global const float4 *points)
 {
     uint slot = id * 2654435761u & (SLOTS - 1);
     while (true) {
@@ -66,14 +70,16 @@ static inline uint block_number(Block *b, const uint id, __global const float4 *
     const float4 p = points[id];
     b->slots[slot] = own;
     b->ids[own] = id;
-    b->quadrics[own] = (float16)(0, 0, 0, 0, 0, 0, 0, p.w, 0, 0, 0, 0, p.x, p.y, p.z, 0);
+    b->planes[own] = (float8)(0, 0, 0, 0, 0, 0, 0, p.w);
+    b->places[own] = p;
+    b->lines[own] = 0.0f;
     b->head[own] = NONE;
     b->degree[own] = b->mark[own] = 0;
     return own;
 }
 
 // planes upright on the border edges at a vertex, whose neighbours there are in one triangle with it
-static inline void block_border(Block *b, const uint u, const float weight)
+INLINE void block_border(Block *b, const uint u, const float weight)
 {
     const uint once = ++b->stamp, twice = ++b->stamp;
     for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
@@ -81,19 +87,19 @@ static inline void block_border(Block *b, const uint u, const float weight)
         b->mark[w.x] = b->mark[w.x] == once ? twice : once;
         b->mark[w.y] = b->mark[w.y] == once ? twice : once;
     }
-    const float3 p = b->quadrics[u].scde;
+    const float3 p = b->places[u].xyz;
     for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
         const uint2 w = block_others(b, c);
-        const float3 x = b->quadrics[w.x].scde - p, y = b->quadrics[w.y].scde - p;
+        const float3 x = b->places[w.x].xyz - p, y = b->places[w.y].xyz - p;
         const float3 normal = cross(x, y), a = cross(x, normal), z = cross(y, normal);
         const float aa = dot(a, a), zz = dot(z, z);
-        if (b->mark[w.x] == once && aa > 0.0f) b->quadrics[u] += quadric_plane(a, weight * dot(x, x) / aa);
-        if (b->mark[w.y] == once && zz > 0.0f) b->quadrics[u] += quadric_plane(z, weight * dot(y, y) / zz);
+        if (b->mark[w.x] == once && aa > 0.0f) b->planes[u] += quadric_plane(a, weight * dot(x, x) / aa);
+        if (b->mark[w.y] == once && zz > 0.0f) b->planes[u] += quadric_plane(z, weight * dot(y, y) / zz);
     }
 }
 
 // the block's triangles, their vertices with quadrics, and which of these may go: those all of whose triangles it has
-static inline void block_load(Block *b, __global const uint4 *rows, const uint count, __global const float4 *points,
+INLINE void block_load(Block *b, __global const uint4 *rows, const uint count, __global const float4 *points,
     const float border_weight, const uint keep_border)
 {
     for (uint s = 0; s < SLOTS; ++s) b->slots[s] = NONE;
@@ -111,16 +117,16 @@ static inline void block_load(Block *b, __global const uint4 *rows, const uint c
             ++b->degree[v];
         }
         b->corners[4 * t + 3] = 1;
-        const float3 p = b->quadrics[own[0]].scde;
-        const float3 n = cross(b->quadrics[own[1]].scde - p, b->quadrics[own[2]].scde - p);
+        const float3 p = b->places[own[0]].xyz;
+        const float3 n = cross(b->places[own[1]].xyz - p, b->places[own[2]].xyz - p);
         const float square = dot(n, n);
         if (!(square > 0.0f)) continue;
-        const float16 plane = quadric_plane(n, 0.5f * rsqrt(square));  // area times the unit normal's square
-        for (uint k = 0; k < 3; ++k) b->quadrics[own[k]] += plane;
+        const float8 plane = quadric_plane(n, 0.5f * rsqrt(square));  // area times the unit normal's square
+        for (uint k = 0; k < 3; ++k) b->planes[own[k]] += plane;
     }
     for (uint v = 0; v < b->vertices; ++v) {
         b->given[v] = b->degree[v];
-        b->version[v] = b->quadrics[v].s7 == (float)b->degree[v];
+        b->version[v] = b->planes[v].s7 == (float)b->degree[v];
         b->kind[v] = b->version[v] ? WHOLE : 0;
         // around a vertex inside the surface every neighbour follows once and goes before once
         uint sum = 0;
@@ -139,7 +145,7 @@ static inline void block_load(Block *b, __global const uint4 *rows, const uint c
 }
 
 // does an edge run from u to v in some triangle?
-static inline bool block_runs(const Block *b, const uint u, const uint v)
+INLINE bool block_runs(const Block *b, const uint u, const uint v)
 {
     for (uint c = b->head[u]; c != NONE; c = b->next[c])
         if (block_others(b, c).x == v) return true;
@@ -147,8 +153,57 @@ static inline bool block_runs(const Block *b, const uint u, const uint v)
 }
 
 // is the edge from u to v, as some triangle has it, the one of the two that is asked?
-static inline bool block_asks(const Block *b, const uint u, const uint v)
+INLINE bool block_asks(const Block *b, const uint u, const uint v)
 {
     if (!b->version[u] || !b->version[v]) return false;
     return u < v || (b->kind[u] & b->kind[v] & BORDER && !block_runs(b, v, u));
+}
+
+// columns of eight records of four, record v[i] beginning at four numbers times `stride` times that
+INLINE fours8 block_columns(__global const float4 *records, const uint stride, const uint *v)
+{
+    return transpose_fours((float8)(records[stride * v[0]], records[stride * v[4]]),
+        (float8)(records[stride * v[1]], records[stride * v[5]]), (float8)(records[stride * v[2]], records[stride * v[6]]),
+        (float8)(records[stride * v[3]], records[stride * v[7]]));
+}
+
+// quadrics of eight vertices; `fresh` ones are planes through their vertices
+INLINE void block_quadrics(const Block *b, const uint *v, const bool fresh, Quadrics *q)
+{
+    __global const float4 *halves = (__global const float4 *)b->planes;
+    const fours8 first = block_columns(halves, 2, v), second = block_columns(halves + 1, 2, v);
+    const fours8 place = block_columns(b->places, 1, v);
+    q->xx = first.x, q->xy = first.y, q->xz = first.z, q->yy = first.w, q->yz = second.x, q->zz = second.y;
+    q->px = place.x, q->py = place.y, q->pz = place.z;
+    q->bx = q->by = q->bz = q->c = 0.0f;
+    if (fresh) return;
+    const fours8 line = block_columns(b->lines, 1, v);
+    q->bx = line.x, q->by = line.y, q->bz = line.z, q->c = second.z;
+}
+
+// that of one vertex, eight times
+INLINE void block_quadric(const Block *b, const uint v, Quadrics *q)
+{
+    const float8 plane = b->planes[v];
+    const float4 line = b->lines[v], place = b->places[v];
+    q->xx = plane.s0, q->xy = plane.s1, q->xz = plane.s2, q->yy = plane.s3, q->yz = plane.s4, q->zz = plane.s5;
+    q->c = plane.s6;
+    q->bx = line.x, q->by = line.y, q->bz = line.z;
+    q->px = place.x, q->py = place.y, q->pz = place.z;
+}
+
+// edges of the block's triangles, to be asked for their costs, `count` of eight
+typedef struct {
+    uint u[8], v[8];
+    uint count;
+} Edges;
+
+// what the edges cost; lanes past their number are the first again
+INLINE float8 block_costs(const Block *b, Edges *edges)
+{
+    for (uint i = edges->count; i < 8; ++i) edges->u[i] = edges->u[0], edges->v[i] = edges->v[0];
+    Quadrics u, v, sum;
+    block_quadrics(b, edges->u, true, &u);
+    block_quadrics(b, edges->v, true, &v);
+    return quadric_merge(&u, &v, &sum);
 }

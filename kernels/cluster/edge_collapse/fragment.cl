@@ -1,4 +1,4 @@
-// Edge collapse, fragment stage: quadrics about their own vertices, and where two of them meet best.
+// Edge collapse, fragment stage: quadrics about their own vertices, and where two of them meet best, eight pairs at once.
 //
 // Source    Garland & Heckbert 1997, section 5; about the vertex itself b and c of a new quadric are 0, and all sums are
 //           of the size of an edge, which is what float32 needs
@@ -6,57 +6,72 @@
 // Reads     nothing
 // Writes    nothing
 
-// a quadric is a float16: A in s012345 (xx xy xz yy yz zz), c in s6, b in s89a, the point that it is about in scde:
-// f(x) = (x - p) A (x - p) + 2 b (x - p) + c
-
 #define RIDGE 1e-6f  // of the trace: what a flat sum is solved with
 #define TIE 1e-6f    // times trace times length^2: among equals, the short edge first
 #define LEAST 1e-30f // a trace below it has no direction
 
-static inline float3 quadric_times(const float16 q, const float3 d)
-{
-    return (float3)(q.s0 * d.x + q.s1 * d.y + q.s2 * d.z, q.s1 * d.x + q.s3 * d.y + q.s4 * d.z,
-        q.s2 * d.x + q.s4 * d.y + q.s5 * d.z);
-}
+#define INLINE static inline __attribute__((always_inline))
 
-// weight times the square of the distance from a plane through the vertex
-static inline float16 quadric_plane(const float3 n, const float weight)
+// eight of f(x) = (x - p) A (x - p) + 2 b (x - p) + c, the weighted squares of distances from planes, about the vertex p
+typedef struct {
+    float8 xx, xy, xz, yy, yz, zz, bx, by, bz, c, px, py, pz;
+} Quadrics;
+
+// weight times the square of the distance from a plane through the vertex: A
+INLINE float8 quadric_plane(const float3 n, const float weight)
 {
     const float3 m = n * weight;
-    return (float16)(m.x * n.x, m.x * n.y, m.x * n.z, m.y * n.y, m.y * n.z, m.z * n.z, 0, 0, (float8)(0.0f));
+    return (float8)(m.x * n.x, m.x * n.y, m.x * n.z, m.y * n.y, m.y * n.z, m.z * n.z, 0.0f, 0.0f);
 }
 
-// the sum of two, about the point where it is least, near the middle; returns its cost there
-static inline float quadric_merge(const float16 u, const float16 v, float16 *merged)
+// the sums of two, about the points where they are least, near the middles; returns what they cost there
+INLINE float8 quadric_merge(const Quadrics *u, const Quadrics *v, Quadrics *sum)
 {
-    const float3 d = 0.5f * (v.scde - u.scde);
-    const float3 bu = u.s89a + quadric_times(u, d), bv = v.s89a - quadric_times(v, d);
-    const float3 b = bu + bv;
-    const float c = u.s6 + dot(d, u.s89a + bu) + v.s6 - dot(d, v.s89a + bv);
-    float16 sum = u + v;
-    const float trace = sum.s0 + sum.s3 + sum.s5, square = 4.0f * dot(d, d);
-    float3 y = 0.0f;
-    if (trace > LEAST) {
-        // L D L^T of the sum with the ridge; pivots that rounding took below the ridge are the ridge
-        const float ridge = RIDGE * trace;
-        const float d0 = sum.s0 + ridge;
-        const float l1 = sum.s1 / d0, l2 = sum.s2 / d0;
-        const float d1 = fmax(sum.s3 + ridge - l1 * sum.s1, ridge);
-        const float e = sum.s4 - l1 * sum.s2;
-        const float l3 = e / d1;
-        const float d2 = fmax(sum.s5 + ridge - l2 * sum.s2 - l3 * e, ridge);
-        const float y1 = -b.y + l1 * b.x, y2 = -b.z + l2 * b.x - l3 * y1;
-        y.z = y2 / d2;
-        y.y = y1 / d1 - l3 * y.z;
-        y.x = -b.x / d0 - l1 * y.y - l2 * y.z;
-        const float far = dot(y, y);
-        if (!(far <= square)) y = far < INFINITY ? y * sqrt(square / far) : (float3)(0.0f);
-    }
-    const float3 moved = b + quadric_times(sum, y);
-    const float cost = fmax(c + dot(y, b + moved), 0.0f);
-    sum.s6 = cost;
-    sum.s89a = moved;
-    sum.scde = 0.5f * (u.scde + v.scde) + y;
-    *merged = sum;
-    return cost + TIE * trace * square;
+    const float8 dx = 0.5f * (v->px - u->px), dy = 0.5f * (v->py - u->py), dz = 0.5f * (v->pz - u->pz);
+    // both about the middle: u's goes by d, v's by -d
+    const float8 ux = u->bx + u->xx * dx + u->xy * dy + u->xz * dz;
+    const float8 uy = u->by + u->xy * dx + u->yy * dy + u->yz * dz;
+    const float8 uz = u->bz + u->xz * dx + u->yz * dy + u->zz * dz;
+    const float8 vx = v->bx - v->xx * dx - v->xy * dy - v->xz * dz;
+    const float8 vy = v->by - v->xy * dx - v->yy * dy - v->yz * dz;
+    const float8 vz = v->bz - v->xz * dx - v->yz * dy - v->zz * dz;
+    const float8 bx = ux + vx, by = uy + vy, bz = uz + vz;
+    const float8 c = u->c + v->c + dx * (u->bx + ux - v->bx - vx) + dy * (u->by + uy - v->by - vy)
+        + dz * (u->bz + uz - v->bz - vz);
+    const float8 xx = u->xx + v->xx, xy = u->xy + v->xy, xz = u->xz + v->xz;
+    const float8 yy = u->yy + v->yy, yz = u->yz + v->yz, zz = u->zz + v->zz;
+    const float8 trace = xx + yy + zz, square = 4.0f * (dx * dx + dy * dy + dz * dz);
+    // L D L^T of the sum with the ridge; pivots that rounding took below the ridge are the ridge
+    const float8 ridge = RIDGE * fmax(trace, (float8)(LEAST));
+    const float8 i0 = 1.0f / (xx + ridge);
+    const float8 l1 = xy * i0, l2 = xz * i0;
+    const float8 i1 = 1.0f / fmax(yy + ridge - l1 * xy, ridge);
+    const float8 e = yz - l1 * xz;
+    const float8 l3 = e * i1;
+    const float8 i2 = 1.0f / fmax(zz + ridge - l2 * xz - l3 * e, ridge);
+    const float8 w1 = l1 * bx - by, w2 = l2 * bx - bz - l3 * w1;
+    float8 z = w2 * i2;
+    float8 y = w1 * i1 - l3 * z;
+    float8 x = -bx * i0 - l1 * y - l2 * z;
+    const float8 far = x * x + y * y + z * z;
+    // no step is longer than the edge; one that is no number is none
+    const float8 back = sqrt(square / fmax(far, (float8)(LEAST)));
+    const float8 step = far <= square ? (float8)(1.0f) : far < (float8)(INFINITY) ? back : (float8)(0.0f);
+    x = step > 0.0f ? x * step : (float8)(0.0f);
+    y = step > 0.0f ? y * step : (float8)(0.0f);
+    z = step > 0.0f ? z * step : (float8)(0.0f);
+    sum->bx = bx + xx * x + xy * y + xz * z;
+    sum->by = by + xy * x + yy * y + yz * z;
+    sum->bz = bz + xz * x + yz * y + zz * z;
+    sum->c = fmax(c + x * (bx + sum->bx) + y * (by + sum->by) + z * (bz + sum->bz), (float8)(0.0f));
+    sum->xx = xx;
+    sum->xy = xy;
+    sum->xz = xz;
+    sum->yy = yy;
+    sum->yz = yz;
+    sum->zz = zz;
+    sum->px = 0.5f * (u->px + v->px) + x;
+    sum->py = 0.5f * (u->py + v->py) + y;
+    sum->pz = 0.5f * (u->pz + v->pz) + z;
+    return sum->c + TIE * trace * square;
 }

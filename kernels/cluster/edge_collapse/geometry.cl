@@ -15,6 +15,25 @@
 // Needs     cluster/edge_collapse/collapse.cl
 // Plain     cluster/edge_collapse/reference.py
 
+INLINE void geometry_count(const Block *b, Edges *edges, __global uint *histogram)
+{
+    float costs[8];
+    const uint count = edges->count;
+    vstore8(block_costs(b, edges), 0, costs);
+    for (uint i = 0; i < count; ++i) ++histogram[cost_bin(costs[i])];
+    edges->count = 0;
+}
+
+INLINE void geometry_append(Block *b, Edges *edges, const float threshold)
+{
+    float costs[8];
+    const uint count = edges->count;
+    vstore8(block_costs(b, edges), 0, costs);
+    for (uint i = 0; i < count; ++i)
+        if (costs[i] <= threshold) queue_append(b, edges->u[i], edges->v[i], costs[i]);
+    edges->count = 0;
+}
+
 // the edges of the block, by cost
 __kernel void edge_collapse_geometry_sample(
     __global const float4 *restrict points,
@@ -39,13 +58,18 @@ __kernel void edge_collapse_geometry_sample(
         block_load(&b, sorted + first, min(first + each, live) - first, points, border_weight, keep_border);
         __global uint *histogram = histograms + (size_t)index * BINS;
         for (uint i = 0; i < BINS; ++i) histogram[i] = 0;
+        Edges edges;
+        edges.count = 0;
         for (uint t = 0; t < b.triangles; ++t)
             for (uint k = 0; k < 3; ++k) {
                 const uint u = b.corners[4 * t + k], v = b.corners[4 * t + (k == 2 ? 0 : k + 1)];
-                if (!block_asks(&b, u, v)) continue;
-                float16 merged;
-                ++histogram[cost_bin(quadric_merge(b.quadrics[u], b.quadrics[v], &merged))];
+                if (block_asks(&b, u, v)) {
+                    edges.u[edges.count] = u;
+                    edges.v[edges.count++] = v;
+                }
+                if (edges.count == 8) geometry_count(&b, &edges, histogram);
             }
+        if (edges.count) geometry_count(&b, &edges, histogram);
     }
 }
 
@@ -76,14 +100,18 @@ __kernel void edge_collapse_geometry_collapse(
         if (index >= blocks) return;
         const uint first = index * each;
         block_load(&b, sorted + first, min(first + each, live) - first, points, border_weight, keep_border);
+        Edges edges;
+        edges.count = 0;
         for (uint t = 0; t < b.triangles; ++t)
             for (uint k = 0; k < 3; ++k) {
                 const uint u = b.corners[4 * t + k], v = b.corners[4 * t + (k == 2 ? 0 : k + 1)];
-                if (!block_asks(&b, u, v)) continue;
-                float16 merged;
-                const float cost = quadric_merge(b.quadrics[u], b.quadrics[v], &merged);
-                if (cost <= threshold) queue_append(&b, u, v, cost);
+                if (block_asks(&b, u, v)) {
+                    edges.u[edges.count] = u;
+                    edges.v[edges.count++] = v;
+                }
+                if (edges.count == 8) geometry_append(&b, &edges, threshold);
             }
+        if (edges.count) geometry_append(&b, &edges, threshold);
         queue_order(&b);
         uint left = 2 * quotas[index], collapses = 0;
         while (b.queued && left) {
@@ -92,11 +120,13 @@ __kernel void edge_collapse_geometry_collapse(
             if (!b.version[u] || !b.version[v] || (uint)b.version[u] + b.version[v] != edge.y) continue;
             const uint gone = collapse_gone(&b, u, v);
             if (!gone || gone > left) continue;
-            float16 merged;
-            quadric_merge(b.quadrics[u], b.quadrics[v], &merged);
-            if (collapse_turns(&b, u, v, merged.scde, turn_limit)) continue;
-            if (collapse_turns(&b, v, u, merged.scde, turn_limit)) continue;
-            collapse_join(&b, u, v, merged);
+            Quadrics one, other, merged;
+            block_quadric(&b, u, &one);
+            block_quadric(&b, v, &other);
+            quadric_merge(&one, &other, &merged);
+            const float3 place = (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
+            if (collapse_turns(&b, u, v, place, turn_limit) || collapse_turns(&b, v, u, place, turn_limit)) continue;
+            collapse_join(&b, u, v, &merged);
             parents[b.ids[u]] = b.ids[v];
             left -= gone;
             ++collapses;
@@ -107,7 +137,7 @@ __kernel void edge_collapse_geometry_collapse(
         for (uint v = 0; v < b.vertices; ++v) {
             const uint id = b.ids[v];
             if (b.kind[v] & WHOLE)
-                points[id] = (float4)(b.quadrics[v].scde, b.degree[v]);
+                points[id] = (float4)(b.places[v].xyz, b.degree[v]);
             else if (b.degree[v] != b.given[v])
                 atomic_add(loss + id, (uint)(b.given[v] - b.degree[v]));
         }

@@ -6,7 +6,7 @@
 // Writes    nothing
 // Needs     cluster/edge_collapse/block.cl
 
-static inline void queue_sink(Block *b, uint i, const ulong item)
+INLINE void queue_sink(Block *b, uint i, const ulong item)
 {
     while (true) {
         uint child = 2 * i + 1;
@@ -21,7 +21,7 @@ static inline void queue_sink(Block *b, uint i, const ulong item)
 }
 
 // at the end, in no order; a full queue takes no more
-static inline void queue_append(Block *b, const uint u, const uint v, const float cost)
+INLINE void queue_append(Block *b, const uint u, const uint v, const float cost)
 {
     if (b->edge_count >= EDGES) return;
     const uint edge = b->edge_count++;
@@ -29,12 +29,12 @@ static inline void queue_append(Block *b, const uint u, const uint v, const floa
     b->queue[b->queued++] = (ulong)as_uint(cost) << 32 | edge;
 }
 
-static inline void queue_order(Block *b)
+INLINE void queue_order(Block *b)
 {
     for (uint i = b->queued / 2; i-- > 0;) queue_sink(b, i, b->queue[i]);
 }
 
-static inline void queue_push(Block *b, const uint u, const uint v, const float cost)
+INLINE void queue_push(Block *b, const uint u, const uint v, const float cost)
 {
     const uint before = b->queued;
     queue_append(b, u, v, cost);
@@ -45,7 +45,7 @@ static inline void queue_push(Block *b, const uint u, const uint v, const float 
     b->queue[i] = item;
 }
 
-static inline uint2 queue_pop(Block *b)
+INLINE uint2 queue_pop(Block *b)
 {
     const uint edge = (uint)b->queue[0];
     const ulong last = b->queue[--b->queued];

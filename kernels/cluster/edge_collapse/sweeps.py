@@ -50,7 +50,7 @@ def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
 
 def bits_of(triangle_count: int) -> int:
     """Of the cells along an axis, so that each that is occupied has some hundred triangles of a surface."""
-    return max(1, min(MOST_BITS, round(math.log(max(triangle_count / 600, 1), 4) + 1)))
+    return max(1, min(MOST_BITS, round(math.log(max(triangle_count / 200, 1), 4))))
 
 
 def capacity(block: int) -> int:
