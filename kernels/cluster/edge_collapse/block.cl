@@ -74,7 +74,7 @@ INLINE uint block_number(Block *b, const uint id, __global const float4 *points)
     b->places[own] = p;
     b->lines[own] = 0.0f;
     b->head[own] = NONE;
-    b->degree[own] = b->mark[own] = 0;
+    b->degree[own] = b->mark[own] = b->kind[own] = 0;
     return own;
 }
 
@@ -117,6 +117,8 @@ INLINE void block_load(Block *b, __global const uint4 *rows, const uint count, _
             ++b->degree[v];
         }
         b->corners[4 * t + 3] = 1;
+        // around a vertex inside the surface every neighbour follows once and goes before once: they cancel out
+        for (uint k = 0; k < 3; ++k) b->kind[own[k]] += own[k == 2 ? 0 : k + 1] - own[k == 0 ? 2 : k - 1];
         const float3 p = b->places[own[0]].xyz;
         const float3 n = cross(b->places[own[1]].xyz - p, b->places[own[2]].xyz - p);
         const float square = dot(n, n);
@@ -127,15 +129,9 @@ INLINE void block_load(Block *b, __global const uint4 *rows, const uint count, _
     for (uint v = 0; v < b->vertices; ++v) {
         b->given[v] = b->degree[v];
         b->version[v] = b->planes[v].s7 == (float)b->degree[v];
+        const bool rim = b->kind[v] != 0;
         b->kind[v] = b->version[v] ? WHOLE : 0;
-        // around a vertex inside the surface every neighbour follows once and goes before once
-        uint sum = 0;
-        if (b->version[v])
-            for (uint c = b->head[v]; c != NONE; c = b->next[c]) {
-                const uint2 w = block_others(b, c);
-                sum += w.x - w.y;
-            }
-        if (sum == 0) continue;
+        if (!rim || !b->version[v]) continue;
         b->kind[v] |= BORDER;
         if (keep_border)
             b->version[v] = 0;
@@ -152,11 +148,12 @@ INLINE bool block_runs(const Block *b, const uint u, const uint v)
     return false;
 }
 
-// is the edge from u to v, as some triangle has it, the one of the two that is asked?
-INLINE bool block_asks(const Block *b, const uint u, const uint v)
+// is the edge from u to v, as some triangle has it, the one of the two that is asked? Without branches but on borders
+INLINE uint block_asks(const Block *b, const uint u, const uint v)
 {
-    if (!b->version[u] || !b->version[v]) return false;
-    return u < v || (b->kind[u] & b->kind[v] & BORDER && !block_runs(b, v, u));
+    const uint inside = (b->version[u] != 0) & (b->version[v] != 0);
+    if (inside & b->kind[u] & b->kind[v] & BORDER) return u < v || !block_runs(b, v, u);
+    return inside & (u < v);
 }
 
 // columns of eight records of four, record v[i] beginning at four numbers times `stride` times that

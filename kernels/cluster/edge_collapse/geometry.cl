@@ -63,10 +63,9 @@ __kernel void edge_collapse_geometry_sample(
         for (uint t = 0; t < b.triangles; ++t)
             for (uint k = 0; k < 3; ++k) {
                 const uint u = b.corners[4 * t + k], v = b.corners[4 * t + (k == 2 ? 0 : k + 1)];
-                if (block_asks(&b, u, v)) {
-                    edges.u[edges.count] = u;
-                    edges.v[edges.count++] = v;
-                }
+                edges.u[edges.count] = u;
+                edges.v[edges.count] = v;
+                edges.count += block_asks(&b, u, v);
                 if (edges.count == 8) geometry_count(&b, &edges, histogram);
             }
         if (edges.count) geometry_count(&b, &edges, histogram);
@@ -105,10 +104,9 @@ __kernel void edge_collapse_geometry_collapse(
         for (uint t = 0; t < b.triangles; ++t)
             for (uint k = 0; k < 3; ++k) {
                 const uint u = b.corners[4 * t + k], v = b.corners[4 * t + (k == 2 ? 0 : k + 1)];
-                if (block_asks(&b, u, v)) {
-                    edges.u[edges.count] = u;
-                    edges.v[edges.count++] = v;
-                }
+                edges.u[edges.count] = u;
+                edges.v[edges.count] = v;
+                edges.count += block_asks(&b, u, v);
                 if (edges.count == 8) geometry_append(&b, &edges, threshold);
             }
         if (edges.count) geometry_append(&b, &edges, threshold);

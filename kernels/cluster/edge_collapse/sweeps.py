@@ -41,11 +41,16 @@ class Sweep:
 def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
     """In equal steps to the target, and more for what may be left; those after the target is met do nothing."""
     share = target / max(triangle_count, 1)
-    for number in range(1, 3 * params.sweeps + 6):
+    for number in range(1, params.sweeps + 15):
         extra = number - params.sweeps
         goal = round(triangle_count * share ** min(number / params.sweeps, 1))
-        least = min(0.01 * 1.5**extra, 1.0) if extra >= 0 else 0.0
+        least = least_share(extra) if extra >= 0 else 0.0
         yield Sweep(number, max(goal, target), extra >= 0, least)
+
+
+def least_share(extra: int) -> float:
+    """Of the edges that the last sweeps may collapse, by how many there were before."""
+    return min(0.004 * 1.6**extra, 1.0)
 
 
 def bits_of(triangle_count: int) -> int:
