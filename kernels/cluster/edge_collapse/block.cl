@@ -12,10 +12,11 @@
 #define VERTICES (3 * BLOCK)
 #define EDGES (4 * BLOCK)  // that a block's queue can ever hold
 #define NONE 0xFFFFu
+#define AHEAD 16  // triangles whose points are on their way from memory
 #define BORDER 1u  // kinds of vertices
 #define WHOLE 2u   // all of its triangles are the block's
 // words of a slice, whole cache lines: quadrics, queue, edges, ids, then what has 16 bits
-#define SLICE_WORDS ((16 * VERTICES + 4 * EDGES + VERTICES + (4 + 4) * BLOCK / 2 + 6 * VERTICES / 2 + SLOTS / 2 + 31) / 16 * 16)
+#define SLICE_WORDS ((16 * VERTICES + 4 * EDGES + 16 + VERTICES + (4 + 4) * BLOCK / 2 + 6 * VERTICES / 2 + SLOTS / 2 + 31) / 16 * 16)
 
 typedef struct {
     __global float8 *planes;   // of vertices: A as xx xy xz yy yz zz, c, triangles in the whole mesh
@@ -36,7 +37,7 @@ INLINE void block_open(Block *b, __global uint *slice)
     b->lines = (__global float4 *)(slice + 8 * VERTICES);
     b->places = b->lines + VERTICES;
     b->queue = (__global ulong *)(slice + 16 * VERTICES);
-    b->edges = (__global uint2 *)(b->queue + EDGES);
+    b->edges = (__global uint2 *)(b->queue + EDGES + 8);
     b->ids = (__global uint *)(b->edges + EDGES);
     b->corners = (__global ushort *)(b->ids + VERTICES);
     b->next = b->corners + 4 * BLOCK;
@@ -106,7 +107,10 @@ INLINE void block_load(Block *b, __global const uint4 *rows, const uint count, _
     b->triangles = count;
     b->vertices = b->edge_count = b->queued = b->stamp = 0;
     for (uint t = 0; t < count; ++t) {
-        const uint4 row = rows[t];
+        const uint4 row = rows[t], ahead = rows[min(t + AHEAD, count - 1)];
+        prefetch(points + ahead.x, 1);
+        prefetch(points + ahead.y, 1);
+        prefetch(points + ahead.z, 1);
         const uint id[3] = {row.x, row.y, row.z};
         uint own[3];
         for (uint k = 0; k < 3; ++k) {

@@ -14,6 +14,8 @@ def hilbert(bits: int) -> NDArray[np.uint32]:
 
     Source: Skilling 2004, Programming the Hilbert curve.
     """
+    if bits == 0:
+        return np.zeros(1, np.uint32)
     side = np.arange(1 << bits, dtype=np.uint32)
     x = np.stack(np.meshgrid(side, side, side, indexing="ij")).reshape(3, -1)
     q = 1 << (bits - 1)

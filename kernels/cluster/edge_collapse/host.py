@@ -137,11 +137,9 @@ class EdgeCollapse(DeviceSubject):
         params, m, block = self.params, self._triangles, self.params.block
         blocks = max(-(-m // block), 1)
         extent = float((upload.high - upload.low).max()) * self._prescale
-        bits = bits_of(m)
-        along = (1 << bits) / ROOM
-        low = (*(upload.low * self._prescale), along / extent if extent > 0 else 0.0)
+        low, bits = upload.low * self._prescale, bits_of(m)
         chunks = chunk_count(self.device, m)
-        order = self.upload("order", hilbert(bits), role="scratch")
+        orders = [self.upload("order", hilbert(b), role="scratch") for b in range(bits + 1)]
         keys = self.allocate("keys", m, np.uint32)
         offsets = self.allocate("offsets", (chunks, 8**bits), np.uint32)
         sorted_ = self.allocate("sorted", (m, 4), np.uint32)
@@ -152,13 +150,12 @@ class EdgeCollapse(DeviceSubject):
         words, _ = slice_words(block)
         scratch = self.allocate("scratch", (items, words), np.uint32)
         shared = {"rows": self.rows, "block_live": self.block_live, "state": self.state}
-        sort = {**shared, "bits": bits, "keys": keys, "offsets": offsets}
+        sort = {**shared, "keys": keys, "offsets": offsets}
         within = {
             "points": self.points, "sorted": sorted_, "state": self.state, "scratch": scratch,
             "border_weight": params.border_weight, "keep_border": int(params.preserve_border),
             "takers": items,
         }  # fmt: skip
-        scatter = self._chunked("sort_scatter", m, sorted=sorted_, **sort)
         cosine = math.cos(math.radians(params.normal_limit))
         collapse = self._launch(
             "geometry_collapse", items, quotas=quotas, loss=self.loss, parents=self.parents,
@@ -167,25 +164,26 @@ class EdgeCollapse(DeviceSubject):
         sample = self._launch("geometry_sample", items, histograms=histograms, **within)
         # what stays of each share depends on the mesh: the least that a sweep must read and write is left out
         for sweep in sweeps(params, m, self.target):
-            shift = (*sweep.shift(bits), 0)
+            cells = sweep.along / extent if extent > 0 else 0.0
             self.add(
                 self._chunked(
-                    "sort_keys", m, points=self.points, order=order, low=low, shift=shift, **sort
+                    "sort_keys", m, points=self.points, order=orders[sweep.bits], bits=sweep.bits,
+                    low=(*low, cells), shift=(*sweep.shift, 0), **sort,
                 )
-            )
+            )  # fmt: skip
             self.add(
                 self._launch(
-                    "sort_scan", 1, offsets=offsets, state=self.state, bits=bits, block=block,
+                    "sort_scan", 1, offsets=offsets, state=self.state, bits=sweep.bits, block=block,
                     whole=capacity(block) if sweep.last else block,
                     asked=blocks if sweep.last else ASKED, chunk_count=chunks,
                 )
             )  # fmt: skip
-            self.add(scatter)
+            self.add(self._chunked("sort_scatter", m, sorted=sorted_, bits=sweep.bits, **sort))
             self.add(sample)
             self.add(
                 self._launch(
                     "plan_quotas", 1, histograms=histograms, quotas=quotas, totals=totals,
-                    state=self.state, target=self.target, goal=sweep.goal, gain=params.gain,
+                    state=self.state, target=self.target, goal=sweep.goal, gain=sweep.gain,
                     least=sweep.least,
                 )
             )  # fmt: skip

@@ -26,8 +26,8 @@ class Params(Target):
 
     block: Annotated[int, Range(16, 4096)] = 1500
     sweeps: Annotated[int, Range(1, 64)] = 3
-    gain: Annotated[float, Range(0, 2, open="low")] = 0.5
-    normal_limit: Annotated[float, Range(0, 90, open="low")] = 87.0
+    gain: Annotated[float, Range(0, 2, open="low")] = 0.8
+    normal_limit: Annotated[float, Range(0, 90, open="low")] = 80.0
     border_weight: Annotated[float, Range(0, 1e6)] = 1.0
     preserve_border: bool = False
 

@@ -6,16 +6,16 @@
 // Writes    nothing
 // Needs     cluster/edge_collapse/block.cl
 
+// the item to its place at or below i; behind the last stands what is more than any, so that every child has a sibling
 INLINE void queue_sink(Block *b, uint i, const ulong item)
 {
-    while (true) {
-        uint child = 2 * i + 1;
-        if (child >= b->queued) break;
-        ulong least = b->queue[child];
-        if (child + 1 < b->queued && b->queue[child + 1] < least) least = b->queue[++child];
+    b->queue[b->queued] = ULONG_MAX;
+    for (uint child = 2 * i + 1; child < b->queued; child = 2 * i + 1) {
+        const ulong left = b->queue[child], right = b->queue[child + 1];
+        const ulong least = min(left, right);
         if (least >= item) break;
         b->queue[i] = least;
-        i = child;
+        i = child + (right < left);
     }
     b->queue[i] = item;
 }

@@ -33,6 +33,8 @@ def _distinct(mesh: TriangleMesh) -> bool:
     """Do all places differ for certain? Numbers made of them do; sorting these is far quicker than sorting places."""
     bits = (mesh.positions + np.float32(0)).view(np.uint32).astype(np.uint64)
     x, y, z = bits.T
-    number = x * np.uint64(0x9E3779B97F4A7C15) + (y * np.uint64(0xC2B2AE3D27D4EB4F) ^ z << np.uint64(29))
+    number = x * np.uint64(0x9E3779B97F4A7C15) + (
+        y * np.uint64(0xC2B2AE3D27D4EB4F) ^ z << np.uint64(29)
+    )
     number.sort()
     return not (number[1:] == number[:-1]).any()

@@ -12,6 +12,7 @@ ASKED = 16  # blocks whose costs are enough to tell what edges may cost
 ROOM = 1.5  # the grid's edge, times the mesh's: by what is left it is shifted between sweeps
 SHIFTS = (0.8191725134, 0.6710436067, 0.5497004779)  # multiples whose fractions keep their distance
 MOST_BITS = 6  # of cells along an axis
+LAST_GAIN = 0.7  # of what the first sweeps take
 WHOLE = 1024  # triangles that are one block in the last sweeps, however small blocks are
 
 
@@ -22,6 +23,8 @@ class Sweep:
     Attributes:
         number: from 1.
         goal: triangles that it is to leave, about.
+        bits: of the cells along an axis of the grid that triangles are sorted by.
+        gain: share of the edges that may be collapsed, for a share of the triangles that is to go.
         last: blocks have quotas by their costs, so that the target is met.
         least: share of the edges that may be collapsed at the least, more and more in the last sweeps, so that they
             come to an end; 0 before.
@@ -29,23 +32,33 @@ class Sweep:
 
     number: int
     goal: int
+    bits: int
+    gain: float
     last: bool
     least: float
 
-    def shift(self, bits: int) -> tuple[float, ...]:
-        """Of the grid along each axis, in cells of 2**bits along it."""
-        most = (1 << bits) * (1 - 1 / ROOM)
+    @property
+    def along(self) -> float:
+        """Cells along the mesh's longest extent."""
+        return (1 << self.bits) / ROOM
+
+    @property
+    def shift(self) -> tuple[float, ...]:
+        """Of the grid along each axis, in cells."""
+        most = (1 << self.bits) - self.along
         return tuple(math.modf(self.number * step)[0] * most for step in SHIFTS)
 
 
 def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
     """In equal steps to the target, and more for what may be left; those after the target is met do nothing."""
-    share = target / max(triangle_count, 1)
+    share, before = target / max(triangle_count, 1), triangle_count
     for number in range(1, params.sweeps + 15):
         extra = number - params.sweeps
         goal = round(triangle_count * share ** min(number / params.sweeps, 1))
         least = least_share(extra) if extra >= 0 else 0.0
-        yield Sweep(number, max(goal, target), extra >= 0, least)
+        gain = params.gain * (LAST_GAIN if extra >= 0 else 1)
+        yield Sweep(number, max(goal, target), bits_of(before), gain, extra >= 0, least)
+        before = max(goal, target)
 
 
 def least_share(extra: int) -> float:
@@ -55,7 +68,7 @@ def least_share(extra: int) -> float:
 
 def bits_of(triangle_count: int) -> int:
     """Of the cells along an axis, so that each that is occupied has some hundred triangles of a surface."""
-    return max(1, min(MOST_BITS, round(math.log(max(triangle_count / 200, 1), 4))))
+    return max(0, min(MOST_BITS, math.ceil(math.log(max(triangle_count / 1200, 1), 4))))
 
 
 def capacity(block: int) -> int:

@@ -30,9 +30,16 @@ __kernel void edge_collapse_vertex_fold(
         state[DONE] = live <= target;
     }
     const uint2 range = chunk_rows(chunk, chunk_count, vertex_count);
-    for (uint v = range.x; v < range.y; ++v)
-        if (loss[v]) {
-            points[v].w -= (float)(int)loss[v];
-            loss[v] = 0;
+    for (uint v = range.x; v < range.y; ++v) {
+        if (v + 8 <= range.y) { // most have lost nothing
+            const ulong4 eight = as_ulong4(vload8(0, loss + v));
+            if (!(eight.x | eight.y | eight.z | eight.w)) {
+                v += 7;
+                continue;
+            }
         }
+        if (loss[v] == 0) continue;
+        points[v].w -= (float)(int)loss[v];
+        loss[v] = 0;
+    }
 }
