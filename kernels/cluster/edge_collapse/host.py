@@ -137,7 +137,7 @@ class EdgeCollapse(DeviceSubject):
         params, m, block = self.params, self._triangles, self.params.block
         blocks = max(-(-m // block), 1)
         extent = float((upload.high - upload.low).max()) * self._prescale
-        low, bits = upload.low * self._prescale, bits_of(m)
+        low, bits = upload.low * self._prescale, bits_of(m, block)
         chunks = chunk_count(self.device, m)
         orders = [self.upload("order", hilbert(b), role="scratch") for b in range(bits + 1)]
         keys = self.allocate("keys", m, np.uint32)

@@ -57,7 +57,7 @@ def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
         goal = round(triangle_count * share ** min(number / params.sweeps, 1))
         least = least_share(extra) if extra >= 0 else 0.0
         gain = params.gain * (LAST_GAIN if extra >= 0 else 1)
-        yield Sweep(number, max(goal, target), bits_of(before), gain, extra >= 0, least)
+        yield Sweep(number, max(goal, target), bits_of(before, params.block), gain, extra >= 0, least)
         before = max(goal, target)
 
 
@@ -66,9 +66,9 @@ def least_share(extra: int) -> float:
     return min(0.004 * 1.6**extra, 1.0)
 
 
-def bits_of(triangle_count: int) -> int:
-    """Of the cells along an axis, so that each that is occupied has some hundred triangles of a surface."""
-    return max(0, min(MOST_BITS, math.ceil(math.log(max(triangle_count / 1200, 1), 4))))
+def bits_of(triangle_count: int, block: int) -> int:
+    """Of the cells along an axis, so that a block has some of those that a surface goes through."""
+    return max(2, min(MOST_BITS, math.ceil(math.log(max(3 * triangle_count / block, 1), 4))))
 
 
 def capacity(block: int) -> int:
