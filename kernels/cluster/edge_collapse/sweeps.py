@@ -68,7 +68,7 @@ def least_share(extra: int) -> float:
 
 def bits_of(triangle_count: int, block: int) -> int:
     """Of the cells along an axis, so that a block has some of those that a surface goes through."""
-    return max(2, min(MOST_BITS, math.ceil(math.log(max(3 * triangle_count / block, 1), 4))))
+    return max(3, min(MOST_BITS, math.ceil(math.log(max(1.1 * triangle_count / block, 1), 4))))
 
 
 def capacity(block: int) -> int:
