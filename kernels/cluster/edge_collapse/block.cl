@@ -5,11 +5,11 @@
 //           vertices' lists are joined where they stand
 // Reads     nothing
 // Writes    nothing
-// Needs     common/transpose.cl cluster/edge_collapse/state.cl cluster/edge_collapse/fragment.cl
+// Needs     cluster/edge_collapse/state.cl cluster/edge_collapse/fragment.cl
 // Defines   BLOCK       most triangles of a block
-//           SLOTS       of the hash table, a power of two, more than its vertices can be
 
 #define VERTICES (3 * BLOCK)
+#define SLOTS (4 * BLOCK) // of the hash table: BLOCK is a power of two
 #define EDGES (4 * BLOCK)  // that a block's queue can ever hold
 #define NONE 0xFFFFu
 #define AHEAD 16  // triangles whose points are on their way from memory
@@ -28,7 +28,7 @@ typedef struct {
     __global ushort *corners, *next;  // [4 t + k]: vertex, next corner of the same; [4 t + 3]: does the triangle live?
     __global ushort *head, *degree, *given, *version, *kind, *mark;  // of vertices; version 0: it stays or is gone
     __global ushort *slots;
-    uint triangles, vertices, edge_count, queued, stamp;
+    uint triangles, vertices, edge_count, queued, stamp, slot_mask;
 } Block;
 
 INLINE void block_open(Block *b, __global uint *slice)
@@ -60,12 +60,12 @@ INLINE uint2 block_others(const Block *b, const uint c)
 // the block's number of a vertex of the mesh, given where it is met first
 INLINE uint block_number(Block *b, const uint id, __global const float4 *points)
 {
-    uint slot = id * 2654435761u & (SLOTS - 1);
+    uint slot = id * 2654435761u & b->slot_mask;
     while (true) {
         const uint found = b->slots[slot];
         if (found == NONE) break;
         if (b->ids[found] == id) return found;
-        slot = (slot + 1) & (SLOTS - 1);
+        slot = (slot + 1) & b->slot_mask;
     }
     const uint own = b->vertices++;
     const float4 p = points[id];
@@ -99,11 +99,32 @@ INLINE void block_border(Block *b, const uint u, const float weight)
     }
 }
 
+// planes upright on the creases at a vertex, edges whose two triangles' normals have a cosine below the limit
+INLINE void block_creases(Block *b, const uint u, const float weight, const float crease)
+{
+    const float3 p = b->places[u].xyz;
+    for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
+        const uint2 w = block_others(b, c);
+        const float3 x = b->places[w.x].xyz - p, n = cross(x, b->places[w.y].xyz - p);
+        for (uint d = b->head[u]; d != NONE; d = b->next[d]) {
+            const uint2 other = block_others(b, d);
+            if (other.y != w.x) continue;
+            const float3 m = cross(b->places[other.x].xyz - p, x);
+            if (dot(n, m) >= crease * sqrt(dot(n, n) * dot(m, m))) continue;
+            const float3 one = cross(x, n), two = cross(x, m);
+            const float oo = dot(one, one), tt = dot(two, two);
+            if (oo > 0.0f) b->planes[u] += quadric_plane(one, weight * dot(x, x) / oo);
+            if (tt > 0.0f) b->planes[u] += quadric_plane(two, weight * dot(x, x) / tt);
+        }
+    }
+}
+
 // the block's triangles, their vertices with quadrics, and which of these may go: those all of whose triangles it has
 INLINE void block_load(Block *b, __global const uint4 *rows, const uint count, __global const float4 *points,
-    const float border_weight, const uint keep_border)
+    const float border_weight, const uint keep_border, const float crease)
 {
-    for (uint s = 0; s < SLOTS; ++s) b->slots[s] = NONE;
+    for (b->slot_mask = 63; b->slot_mask < 4 * count - 1;) b->slot_mask = 2 * b->slot_mask + 1;
+    for (uint s = 0; s <= b->slot_mask; ++s) b->slots[s] = NONE;
     b->triangles = count;
     b->vertices = b->edge_count = b->queued = b->stamp = 0;
     for (uint t = 0; t < count; ++t) {
@@ -135,6 +156,7 @@ INLINE void block_load(Block *b, __global const uint4 *rows, const uint count, _
         b->version[v] = b->planes[v].s7 == (float)b->degree[v];
         const bool rim = b->kind[v] != 0;
         b->kind[v] = b->version[v] ? WHOLE : 0;
+        if (crease > -1.0f && b->version[v]) block_creases(b, v, border_weight, crease);
         if (!rim || !b->version[v]) continue;
         b->kind[v] |= BORDER;
         if (keep_border)
@@ -158,53 +180,4 @@ INLINE uint block_asks(const Block *b, const uint u, const uint v)
     const uint inside = (b->version[u] != 0) & (b->version[v] != 0);
     if (inside & b->kind[u] & b->kind[v] & BORDER) return u < v || !block_runs(b, v, u);
     return inside & (u < v);
-}
-
-// columns of eight records of four, record v[i] beginning at four numbers times `stride` times that
-INLINE fours8 block_columns(__global const float4 *records, const uint stride, const uint *v)
-{
-    return transpose_fours((float8)(records[stride * v[0]], records[stride * v[4]]),
-        (float8)(records[stride * v[1]], records[stride * v[5]]), (float8)(records[stride * v[2]], records[stride * v[6]]),
-        (float8)(records[stride * v[3]], records[stride * v[7]]));
-}
-
-// quadrics of eight vertices; `fresh` ones are planes through their vertices
-INLINE void block_quadrics(const Block *b, const uint *v, const bool fresh, Quadrics *q)
-{
-    __global const float4 *halves = (__global const float4 *)b->planes;
-    const fours8 first = block_columns(halves, 2, v), second = block_columns(halves + 1, 2, v);
-    const fours8 place = block_columns(b->places, 1, v);
-    q->xx = first.x, q->xy = first.y, q->xz = first.z, q->yy = first.w, q->yz = second.x, q->zz = second.y;
-    q->px = place.x, q->py = place.y, q->pz = place.z;
-    q->bx = q->by = q->bz = q->c = 0.0f;
-    if (fresh) return;
-    const fours8 line = block_columns(b->lines, 1, v);
-    q->bx = line.x, q->by = line.y, q->bz = line.z, q->c = second.z;
-}
-
-// that of one vertex, eight times
-INLINE void block_quadric(const Block *b, const uint v, Quadrics *q)
-{
-    const float8 plane = b->planes[v];
-    const float4 line = b->lines[v], place = b->places[v];
-    q->xx = plane.s0, q->xy = plane.s1, q->xz = plane.s2, q->yy = plane.s3, q->yz = plane.s4, q->zz = plane.s5;
-    q->c = plane.s6;
-    q->bx = line.x, q->by = line.y, q->bz = line.z;
-    q->px = place.x, q->py = place.y, q->pz = place.z;
-}
-
-// edges of the block's triangles, to be asked for their costs, `count` of eight
-typedef struct {
-    uint u[8], v[8];
-    uint count;
-} Edges;
-
-// what the edges cost; lanes past their number are the first again
-INLINE float8 block_costs(const Block *b, Edges *edges)
-{
-    for (uint i = edges->count; i < 8; ++i) edges->u[i] = edges->u[0], edges->v[i] = edges->v[0];
-    Quadrics u, v, sum;
-    block_quadrics(b, edges->u, true, &u);
-    block_quadrics(b, edges->v, true, &v);
-    return quadric_merge(&u, &v, &sum);
 }

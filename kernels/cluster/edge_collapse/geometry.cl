@@ -43,6 +43,7 @@ __kernel void edge_collapse_geometry_sample(
     __global uint *restrict scratch,
     const float border_weight,
     const uint keep_border,
+    const float crease, // cosine; -1: none
     const uint takers)
 {
     const uint item = get_global_id(0);
@@ -55,7 +56,7 @@ __kernel void edge_collapse_geometry_sample(
         const uint index = atomic_inc(state + SAMPLED) * stride;
         if (index >= blocks) return;
         const uint first = index * each;
-        block_load(&b, sorted + first, min(first + each, live) - first, points, border_weight, keep_border);
+        block_load(&b, sorted + first, min(first + each, live) - first, points, border_weight, keep_border, crease);
         __global uint *histogram = histograms + (size_t)index * BINS;
         for (uint i = 0; i < BINS; ++i) histogram[i] = 0;
         Edges edges;
@@ -85,6 +86,7 @@ __kernel void edge_collapse_geometry_collapse(
     const float border_weight,
     const float turn_limit, // square of the cosine
     const uint keep_border,
+    const float crease, // cosine; -1: none
     const uint takers)
 {
     const uint item = get_global_id(0);
@@ -98,7 +100,7 @@ __kernel void edge_collapse_geometry_collapse(
         const uint index = atomic_inc(state + TAKEN);
         if (index >= blocks) return;
         const uint first = index * each;
-        block_load(&b, sorted + first, min(first + each, live) - first, points, border_weight, keep_border);
+        block_load(&b, sorted + first, min(first + each, live) - first, points, border_weight, keep_border, crease);
         Edges edges;
         edges.count = 0;
         for (uint t = 0; t < b.triangles; ++t)

@@ -14,9 +14,8 @@ from lodbench.kernels.cluster.edge_collapse.curve import hilbert
 from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.edge_collapse.sweeps import (
     ASKED,
-    ROOM,
+    CAPACITY,
     bits_of,
-    capacity,
     slice_words,
     sweeps,
 )
@@ -147,14 +146,13 @@ class EdgeCollapse(DeviceSubject):
         totals = self.allocate("totals", BINS, np.uint32)
         quotas = self.allocate("quotas", blocks, np.uint32)
         items = self._items(blocks)
-        words, _ = slice_words(block)
-        scratch = self.allocate("scratch", (items, words), np.uint32)
+        scratch = self.allocate("scratch", (items, slice_words()), np.uint32)
         shared = {"rows": self.rows, "block_live": self.block_live, "state": self.state}
         sort = {**shared, "keys": keys, "offsets": offsets}
         within = {
             "points": self.points, "sorted": sorted_, "state": self.state, "scratch": scratch,
             "border_weight": params.border_weight, "keep_border": int(params.preserve_border),
-            "takers": items,
+            "crease": params.crease_cosine, "takers": items,
         }  # fmt: skip
         cosine = math.cos(math.radians(params.normal_limit))
         collapse = self._launch(
@@ -173,8 +171,8 @@ class EdgeCollapse(DeviceSubject):
             )  # fmt: skip
             self.add(
                 self._launch(
-                    "sort_scan", 1, offsets=offsets, state=self.state, bits=sweep.bits, block=block,
-                    whole=capacity(block) if sweep.last else block,
+                    "sort_scan", 1, offsets=offsets, state=self.state, bits=sweep.bits,
+                    block=sweep.block, whole=sweep.whole,
                     asked=blocks if sweep.last else ASKED, chunk_count=chunks,
                 )
             )  # fmt: skip
@@ -262,7 +260,6 @@ def prepare(
     Raises:
         Unsupported: no room on the device.
     """
-    _, slots = slice_words(params.block)
     upload = Upload(device, mesh)
     target = params.left(mesh.triangle_count)
     if target >= mesh.triangle_count:
@@ -274,7 +271,5 @@ def prepare(
             device, mesh, upload.positions, upload.triangles, upload.setup, counters
         )  # fmt: skip
     with upload.setup.host("build"):
-        upload.program = device.build(
-            *FILES, defines={"BLOCK": capacity(params.block), "SLOTS": slots}
-        )
+        upload.program = device.build(*FILES, defines={"BLOCK": CAPACITY})
     return EdgeCollapse(upload, params, target, locked)

@@ -80,13 +80,31 @@ class Surface:
                 for v in row:
                     self.quadrics[v].add(normal / length, length / 2)
         self.border = {v for v in self.at if self._ends(v)}
-        for v in self.border:
-            for w, row in self._ends(v):
-                edge = self.quadrics[w].p - self.quadrics[v].p
-                upright = np.cross(edge, self._normal(row))
-                if (length := np.linalg.norm(upright)) > 0:
-                    weight = params.border_weight * float(edge @ edge)
-                    self.quadrics[v].add(upright / length, weight)
+        for v in self.at:
+            for w, row in self._ends(v) if v in self.border else []:
+                self._hold(v, w, row)
+            for w, *rows in self._creases(v) if params.crease_angle is not None else []:
+                for row in rows:
+                    self._hold(v, w, row)
+
+    def _hold(self, v: int, w: int, row: list[int]) -> None:
+        """A plane through an edge of the triangle, upright on it, for the first of its ends."""
+        edge = self.quadrics[w].p - self.quadrics[v].p
+        upright = np.cross(edge, self._normal(row))
+        if (length := np.linalg.norm(upright)) > 0:
+            self.quadrics[v].add(upright / length, self.params.border_weight * float(edge @ edge))
+
+    def _creases(self, v: int) -> list[tuple[int, list[int], list[int]]]:
+        """The neighbours of v over a crease, each with the two triangles there."""
+        found = []
+        for w in self.neighbours(v):
+            rows = [self.triangles[t] for t in self.at[v] & self.at[w]]
+            if len(rows) == 2:
+                n, m = map(self._normal, rows)
+                lengths = np.linalg.norm(n) * np.linalg.norm(m)
+                if n @ m < self.params.crease_cosine * lengths:
+                    found.append((w, *rows))
+        return found
 
     def _normal(self, row: list[int]) -> Real:
         a, b, c = (self.quadrics[v].p for v in row)

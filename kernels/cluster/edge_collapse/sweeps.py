@@ -14,6 +14,8 @@ SHIFTS = (0.8191725134, 0.6710436067, 0.5497004779)  # multiples whose fractions
 MOST_BITS = 6  # of cells along an axis
 LAST_GAIN = 0.7  # of what the first sweeps take
 WHOLE = 1024  # triangles that are one block in the last sweeps, however small blocks are
+PATIENCE = 4  # last sweeps after which blocks grow
+CAPACITY = 4096  # triangles that a work-item has room for
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,8 @@ class Sweep:
         bits: of the cells along an axis of the grid that triangles are sorted by.
         gain: share of the edges that may be collapsed, for a share of the triangles that is to go.
         last: blocks have quotas by their costs, so that the target is met.
+        block: most triangles of a block; growing in the end, for meshes that no smaller one holds a vertex of.
+        whole: triangles that are one block.
         least: share of the edges that may be collapsed at the least, more and more in the last sweeps, so that they
             come to an end; 0 before.
     """
@@ -35,6 +39,8 @@ class Sweep:
     bits: int
     gain: float
     last: bool
+    block: int
+    whole: int
     least: float
 
     @property
@@ -57,7 +63,10 @@ def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
         goal = round(triangle_count * share ** min(number / params.sweeps, 1))
         least = least_share(extra) if extra >= 0 else 0.0
         gain = params.gain * (LAST_GAIN if extra >= 0 else 1)
-        yield Sweep(number, max(goal, target), bits_of(before, params.block), gain, extra >= 0, least)
+        block = min(params.block << max(extra - PATIENCE, 0), CAPACITY)
+        whole = max(block, WHOLE) if extra >= 0 else block
+        bits = bits_of(before, params.block)
+        yield Sweep(number, max(goal, target), bits, gain, extra >= 0, block, whole, least)
         before = max(goal, target)
 
 
@@ -67,19 +76,16 @@ def least_share(extra: int) -> float:
 
 
 def bits_of(triangle_count: int, block: int) -> int:
-    """Of the cells along an axis, so that a block has some of those that a surface goes through."""
-    return max(3, min(MOST_BITS, math.ceil(math.log(max(1.1 * triangle_count / block, 1), 4))))
+    """Of the cells along an axis: a block has several of those that a surface goes through, so that rims are even and
+    move between sweeps; no more than a core's cache has counters for, where a block has one at least.
+    """
+    blocks = max(triangle_count / block, 1)
+    wanted, least = (math.ceil(math.log(share * blocks, 4)) for share in (8, 1))
+    return max(4, min(wanted, 5), min(least, MOST_BITS))
 
 
-def capacity(block: int) -> int:
-    """Triangles that a work-item has room for; in the last sweeps the whole mesh is one block where it has no more."""
-    return max(block, WHOLE)
-
-
-def slice_words(block: int) -> tuple[int, int]:
-    """Words of a work-item's slice, and slots of its hash table, as `block.cl` has them."""
-    block = capacity(block)
-    vertices, edges = 3 * block, 4 * block
-    slots = 1 << (4 * block - 1).bit_length()
-    words = 16 * vertices + 4 * edges + vertices + 4 * block + 3 * vertices + slots // 2
-    return (words + 31) // 16 * 16, slots
+def slice_words() -> int:
+    """Words of a work-item's slice of memory, as `block.cl` has it."""
+    vertices, edges = 3 * CAPACITY, 4 * CAPACITY
+    words = 16 * vertices + 4 * edges + 16 + vertices + 4 * CAPACITY + 3 * vertices + edges // 2
+    return (words + 31) // 16 * 16
