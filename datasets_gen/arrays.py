@@ -29,6 +29,17 @@ def checked_origin(origin: Any) -> Origin | None:
     return found if found.any() else None
 
 
+def box(points: NDArray[np.number]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lower and upper corner of all points, (n, columns), as (columns,) float64 each; zeros when there are none.
+
+    Column by column: over the first axis of so short rows numpy takes 25 times as long.
+    """
+    if not len(points):
+        return np.zeros(points.shape[1]), np.zeros(points.shape[1])
+    low, high = ([each(column) for column in points.T] for each in (np.min, np.max))
+    return np.array(low, np.float64), np.array(high, np.float64)
+
+
 def recentred(points: Any) -> tuple[Any, Origin | None]:
     """Points, (..., 3), about an origin in their middle on each axis that is `FAR`; or as they came, and None.
 
@@ -44,9 +55,7 @@ def recentred(points: Any) -> tuple[Any, Origin | None]:
         or not given.size
     ):
         return points, None
-    every = given.reshape(-1, 3)
-    low, high = every.min(0).astype(np.float64), every.max(0).astype(np.float64)
-    origin = middle(low, high)
+    origin = middle(*box(given.reshape(-1, 3)))
     return (points, None) if origin is None else (given.astype(np.float64) - origin, origin)
 
 
@@ -103,8 +112,8 @@ def area_normals(
         triangles: (m, 3).
         shared: sum over all vertices at a place, which are parted for another reason than a hard edge.
     """
-    low = positions.min(0).astype(np.float64) if len(positions) else np.zeros(3)
-    extent = float((positions.max(0) - low).max()) if len(positions) else 0.0
+    low, high = box(positions)
+    extent = float((high - low).max())
     scale = max(extent, float(np.finfo(np.float32).tiny))
     corners = ((positions.astype(np.float64) - low) / scale)[triangles]
     face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

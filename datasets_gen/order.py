@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from trimesh.grouping import unique_rows
 
+from lodbench.datasets_gen.arrays import box
 from lodbench.datasets_gen.surfaces import TriangleMesh
 
 
@@ -29,8 +30,8 @@ def morton_codes(points: NDArray[np.floating]) -> NDArray[np.uint64]:
     """
     if not len(points):
         return np.zeros(0, np.uint64)
-    low = points.min(0).astype(np.float64)
-    extent = float((points.max(0) - low).max())
+    low, high = box(points)
+    extent = float((high - low).max())
     scale = (2**21 - 1) / extent if extent > 0 else 0.0
     x, y, z = (((points[:, axis] - low[axis]) * scale).astype(np.uint64) for axis in range(3))
     return _spread(x) | _spread(y) << np.uint64(1) | _spread(z) << np.uint64(2)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from lodbench.datasets_gen.arrays import (
     Origin,
     area_normals,
+    box,
     checked_origin,
     finite,
     recentred,
@@ -132,9 +133,7 @@ class TriangleMesh:
     @property
     def box(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper corner of all positions, from the origin, (3,) float64 each; zeros when there are none."""
-        if not len(self.positions):
-            return np.zeros(3), np.zeros(3)
-        return self.positions.min(0).astype(np.float64), self.positions.max(0).astype(np.float64)
+        return box(self.positions)
 
     @property
     def diagonal(self) -> float:

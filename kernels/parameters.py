@@ -45,6 +45,7 @@ def _words(kind: Any) -> str:
     """The annotation as people say it."""
     simple = {
         int: "a whole number", float: "a number", bool: "True or False", str: "text", type(None): "None",
+        tuple: "rows of numbers",
     }  # fmt: skip
     if kind in simple:
         return simple[kind]
@@ -76,6 +77,11 @@ def shown(value: Any) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
+@cache
+def _parts(kind: Any) -> tuple[Any, tuple[Any, ...]]:
+    return get_origin(kind), get_args(kind)
+
+
 def check(name: str, value: Any, kind: Any) -> Any:
     """`value` as the annotation `kind` has it: numpy's numbers become Python's, a list a tuple.
 
@@ -89,7 +95,7 @@ def check(name: str, value: Any, kind: Any) -> Any:
         TypeError: another type; a float is no whole number even where its value is, and True no number.
         ValueError: a text or number out of range, NaN or infinity.
     """
-    origin, arguments = get_origin(kind), get_args(kind)
+    origin, arguments = _parts(kind)
     if kind is Any:
         return value
     value = plain(value)
@@ -123,10 +129,11 @@ def check(name: str, value: Any, kind: Any) -> Any:
 
 
 def _of_union(name: str, value: Any, kind: Any) -> Any:
-    for argument in get_args(kind):
+    arguments = _parts(kind)[1]
+    if value is None and type(None) in arguments:
+        return None
+    for argument in arguments:
         if argument is type(None):
-            if value is None:
-                return None
             continue
         try:
             return check(name, value, argument)

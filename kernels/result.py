@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,41 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.arrays import Origin
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.opencl import Timeline
+from lodbench.kernels.outputs import as_given
+
+
+class Counters(Mapping[str, int | float]):
+    """Counts by name; some that take long are made when one of them is first asked for."""
+
+    def __init__(
+        self,
+        known: Mapping[str, int | float],
+        later: tuple[str, ...] = (),
+        make: Callable[[], Mapping[str, int | float]] = dict,
+    ) -> None:
+        """Those that are known, and what makes the rest.
+
+        Args:
+            known: by name.
+            later: names of the others.
+            make: gives all of those.
+        """
+        self._known, self._later, self._make = dict(known), later, make
+
+    def __getitem__(self, name: str) -> int | float:
+        if name in self._later:
+            self._known |= self._make()
+            self._later = ()
+        return self._known[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((*self._known, *self._later))
+
+    def __len__(self) -> int:
+        return len(self._known) + len(self._later)
+
+    def __repr__(self) -> str:
+        return repr(dict(self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +59,7 @@ class Result:
         vertex_map: (n,) uint32, the output vertex of each input vertex, 0xFFFFFFFF where there is none; None where
             vertices do not map one to one.
         levels: all levels of a chain, coarsest last; (mesh,) where there is one.
-        counters: sizes and choices of the method, by name.
+        counters: sizes and choices of the method, by name; `dict(result.counters)` has all of them at once.
         setup, frame: where the time went, seconds by stage.
         level_maps: one for each level of a chain but the last: (n,) uint32, the vertex of the next level for each of
             its vertices, 0xFFFFFFFF where there is none.
@@ -32,10 +68,18 @@ class Result:
     mesh: TriangleMesh
     vertex_map: NDArray[np.uint32] | None = None
     levels: tuple[TriangleMesh, ...] = ()
-    counters: dict[str, int | float] = field(default_factory=dict)
+    counters: Mapping[str, int | float] = field(default_factory=dict)
     setup: Timeline = field(default_factory=Timeline)
     frame: Timeline = field(default_factory=Timeline)
     level_maps: tuple[NDArray[np.uint32], ...] = ()
+
+    def to(self, given: Any) -> Any:
+        """The mesh as an object of the kind of `given`: see `outputs.as_given`.
+
+        Raises:
+            TypeError: of no such kind.
+        """
+        return as_given(self.mesh, given)
 
 
 Told = Callable[[str, float], None]

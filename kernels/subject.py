@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.opencl import Buffer, Device, Timeline
@@ -150,7 +151,7 @@ class DeviceSubject:
         rows = self._rows
         if rows is None:
             counts = [surface.counts for surface in self.output if surface.counts is not None]
-            found = iter(self.device.read_all(*((buffer, None) for buffer in counts)))
+            found = iter(self.read_counts(counts))
             rows = []
             for surface in self.output:
                 sizes = surface.vertex_count, surface.triangle_count
@@ -158,6 +159,10 @@ class DeviceSubject:
                 rows.append((vertices, triangles))
             self._rows = rows
         return rows
+
+    def read_counts(self, counts: Sequence[Buffer]) -> Sequence[NDArray[np.uint32]]:
+        """The last frame's live vertices and triangles, (2,) of each surface that counts them."""
+        return self.device.read_all(*((buffer, None) for buffer in counts))
 
     def result(self) -> Sequence[TriangleMesh]:
         """The last frame's surfaces, read back, a mesh each."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
+from functools import cache
+from typing import Any, Generic, Protocol, TypeVar, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -237,11 +238,18 @@ def run(
             device has no room for it.
     """
     timeline = _frame(device, prepared, frame, raster)
-    while isinstance(prepared, Growing) and prepared.overflowed():
-        prepared.grow()
+    growing = cast(Growing, prepared) if _grows(type(prepared)) else None
+    while growing is not None and growing.overflowed():
+        growing.grow()
         _frame(device, prepared, frame, raster)
         timeline = _frame(device, prepared, frame, raster)
     return timeline
+
+
+@cache
+def _grows(kind: type) -> bool:
+    """Is it a `Growing`? Asked of an object, that takes as long as a launch."""
+    return issubclass(kind, Growing)
 
 
 def _frame(

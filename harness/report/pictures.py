@@ -12,7 +12,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.drawn_mesh import DrawnMesh, Params
 from lodbench.harness.measure.timing import interleave, take
 from lodbench.harness.record.record import RunRecord, read_run, write_json
-from lodbench.harness.report import chains
+from lodbench.harness.report import chains, compared
 from lodbench.harness.report.amounts import rounded
 from lodbench.harness.report.distances import DRAWN_FROM, distance_pictures
 from lodbench.harness.report.refinements import refinement_pictures
@@ -55,6 +55,7 @@ def write_pictures(folder: Path, device: Device) -> list[dict[str, Any]]:
         _levels(record, device),
         _chain(record, device),
         _distances(record, device),
+        _compared(record, device),
         warp_pictures(record, SIZE, device),
         refinement_pictures(record, SIZE, device),
         _datasets(record, device),
@@ -86,6 +87,17 @@ def _chain(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any], 
                 view = mesh_view(mesh, size=SIZE, up=_up(group.dataset))
                 yield from chains.chain_pictures(group.dataset, mesh, view, device)
             return
+
+
+def _compared(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any], Any]]:
+    """The subjects of the first group of each table that compares them by eye."""
+    for table, series in compared.TABLES.items():
+        for group in record.groups:
+            mesh = _mesh(group.dataset) if group.table == table else None
+            if mesh is not None:
+                view = mesh_view(mesh, size=SIZE, up=_up(group.dataset))
+                yield from compared.subject_pictures(series, group, mesh, view, device)
+                break
 
 
 def _distances(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any], Any]]:

@@ -41,7 +41,7 @@ def like(subject: SubjectRecord, other: SubjectRecord) -> bool:
     return abs(ours - theirs) <= LIKE_COUNTS * max(ours, theirs)
 
 
-def _columns(key: str, ratio: Ratio | None) -> dict[str, float | None]:
+def interval(key: str, ratio: Ratio | None) -> dict[str, float | None]:
     """The three columns of a ratio; None where there is none."""
     values = (ratio.median, ratio.low, ratio.high) if ratio else (None,) * 3
     return dict(zip((key, f"{key}_low", f"{key}_high"), values, strict=True))
@@ -79,7 +79,7 @@ def ratios(
                     ratio = unpaired_ratio(list(theirs.values()), list(ours.values()), seed)
             else:
                 unlike.setdefault(other.counters["triangles"], []).append(name)
-        row |= _columns(f"ratio_to_{name}", ratio)
+        row |= interval(f"ratio_to_{name}", ratio)
     if unlike:
         left = subject.counters["triangles"]
         words = [
@@ -100,5 +100,5 @@ def frame_ratios(
         if other is None or name == subject.label or not (counts(subject) and counts(other)):
             continue
         ratio = paired_ratio(other.frame_s, subject.frame_s, seed)
-        row |= _columns(f"frame_ratio_to_{name}", ratio)
+        row |= interval(f"frame_ratio_to_{name}", ratio)
     return row

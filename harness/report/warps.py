@@ -4,22 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.harness.plan import registry
 from lodbench.harness.plan.focus import Focus
-from lodbench.harness.record.record import GroupRecord, RunRecord, SubjectRecord
-from lodbench.harness.report.amounts import rounded
+from lodbench.harness.record.record import GroupRecord, RunRecord
+from lodbench.harness.report.compared import Picture, subject_pictures
 from lodbench.kernels.opencl import Device
-from lodbench.kernels.render import mesh_view, render
-from lodbench.kernels.system import View, run
-
-Picture = tuple[dict[str, Any], NDArray[np.uint8]]
+from lodbench.kernels.render import mesh_view
 
 
 def warp_pictures(record: RunRecord, size: tuple[int, int], device: Device) -> Iterator[Picture]:
@@ -44,43 +36,10 @@ def warp_pictures(record: RunRecord, size: tuple[int, int], device: Device) -> I
             view = mesh_view(mesh, size=size)
             if kind == "view":
                 view = replace(focus.view(mesh), width=size[0], height=size[1])
-            yield from _subjects(kind, group, mesh, view, device)
+            yield from subject_pictures(f"{kind} warp", group, mesh, view, device)
 
 
 def focus_of(group: GroupRecord) -> Focus | None:
     """The group's focus, as its record keeps it."""
     kept = group.config.get("focus")
     return Focus(tuple(kept["at"]), kept["radius"]) if kept else None
-
-
-def _subjects(
-    kind: str, group: GroupRecord, mesh: TriangleMesh, view: View, device: Device
-) -> Iterator[Picture]:
-    for number, subject in enumerate(group.subjects.values()):
-        if subject.status == "ok":
-            picture = {
-                "file": f"warp_{kind}_{number}_{group.dataset}.png",
-                "series": f"{kind} warp",
-            }
-            simplified = _simplified(subject, mesh, device)
-            picture["caption"] = (
-                f"{group.dataset}, {subject.label}: {simplified.triangle_count:,} triangles{_error(subject)}"
-            )
-            look = {"colour": "flat", "wireframe": True}
-            yield picture, render(simplified, camera=view, device=device, **look)
-
-
-def _simplified(subject: SubjectRecord, mesh: TriangleMesh, device: Device) -> TriangleMesh:
-    system = registry.system(subject.system)
-    prepared = system.prepare(device, mesh, registry.parameters(system, None, subject.params or {}))
-    run(device, prepared)
-    return prepared.result()[0]
-
-
-def _error(subject: SubjectRecord) -> str:
-    quality = subject.quality or {}
-    if quality.get("rms_pixels") is not None:
-        return f", RMS error {rounded(quality['rms_pixels'], 2)} pixels at 1280 x 1024"
-    if quality.get("rms_error_inside") is not None:
-        return f", RMS error {rounded(quality['rms_error_inside'], 2)} of the diagonal inside"
-    return ""

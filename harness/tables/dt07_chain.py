@@ -19,8 +19,8 @@ from lodbench.harness.plan.table import (
     interval_columns,
 )
 from lodbench.harness.record.record import GroupRecord, SubjectRecord
-from lodbench.harness.report.ratios import counts
-from lodbench.harness.report.statistics import Ratio, paired_ratio
+from lodbench.harness.report.ratios import counts, interval
+from lodbench.harness.report.statistics import paired_ratio
 from lodbench.harness.tables.dt07_timing import REDUCTION, SCANS, SERIES, SORTED
 
 LEVELS = (2, 3, 4)
@@ -80,15 +80,6 @@ def _device_s(subject: SubjectRecord, *stages: str) -> dict[int, float]:
     return dict(zip(turns, subject.stage_s(*stages), strict=True))
 
 
-def _columns(key: str, ratio: Ratio | None, less: float = 0.0) -> Row:
-    found = (ratio.median, ratio.low, ratio.high) if ratio else (None,) * 3
-    names = (key, f"{key}_low", f"{key}_high")
-    return {
-        name: None if value is None else value - less
-        for name, value in zip(names, found, strict=True)
-    }
-
-
 def _compared(group: GroupRecord, level: int, seed: int) -> Row:
     """A chain up to `level` against the first level alone, and against each of its levels clustered anew."""
     chain, others = group.subjects[up_to(level)], [group.subjects.get(FIRST)]
@@ -96,12 +87,13 @@ def _compared(group: GroupRecord, level: int, seed: int) -> Row:
     if not counts(chain) or not all(map(counts, others)):
         return {}
     first, *again = (subject for subject in others if subject is not None)
-    row = _columns("share", paired_ratio(chain.wall_s, first.wall_s, seed), less=1.0)
+    share = interval("share", paired_ratio(chain.wall_s, first.wall_s, seed))
+    row: Row = {key: None if value is None else value - 1 for key, value in share.items()}
     turns = set(first.wall_s).intersection(*(subject.wall_s for subject in again))
     whole = {turn: sum(one.wall_s[turn] for one in (first, *again)) for turn in turns}
-    row |= _columns("chain_ratio", paired_ratio(whole, chain.wall_s, seed))
+    row |= interval("chain_ratio", paired_ratio(whole, chain.wall_s, seed))
     own = {turn: s for turn, s in _device_s(chain, up_to(level)).items() if s > 0}
-    return row | _columns("level_ratio", paired_ratio(_device_s(again[-1]), own, seed))
+    return row | interval("level_ratio", paired_ratio(_device_s(again[-1]), own, seed))
 
 
 def own(entry: Entry) -> Mapping[str, Any]:

@@ -1,12 +1,12 @@
 // Vertex clustering, set-up: which edges have a triangle on one side only?
 //
-// Source    none; an edge that two triangles use in opposite directions cancels out of a sum of signed hashes
+// Source    none; an edge that two triangles use in opposite directions cancels out of a sum of hashes
 // Work      1-D, one item per chunk of triangles, or of kept vertices
 // Reads     triangles   uint[3 * triangle_count]
 //           kept        uint[kept_count]           vertices that stay as they are
 //           positions   float[3 * vertex_count]    model units
 //           new_ranks   uint[capacity]             output vertex of a rank
-// Writes    sums        uint[2 * chunk_count]      signed hashes of the chunk's edges: all chunks add to zero where each
+// Writes    sums        uint[2 * chunk_count]      hashes of the chunk's edges: all chunks add to zero where each
 //                                                  edge is used as often in one direction as in the other
 //           marks       int[vertex_count]          zero before; other than zero at the ends of an edge that does not cancel
 //           chunk_sums  uint[chunk_count]          edges of the chunk between marked vertices
@@ -15,26 +15,23 @@
 //           state       uint[4]                    [0]: the kept ones counted too
 //           cell_ids    uint[vertex_count]         of a kept vertex a number past those of cells
 //           vertices    float[3 * capacity]        a kept vertex where it was, model units
-// Needs     common/chunk.cl
+// Needs     common/chunk.cl common/corners.cl
 
-static inline uint8 borders_hash8(const uint8 low, const uint8 high)
+static inline uint8 borders_hash8(const uint8 v)
 {
-    uint8 x = low * 0x9e3779b1u;
-    x = ((x ^ (x >> 15)) + high) * 0x2c1b3c6du;
-    x = (x ^ (x >> 12)) * 0x297a2d39u;
-    return x ^ (x >> 15);
+    uint8 x = v * 0x9e3779b1u;
+    x = (x ^ (x >> 15)) * 0x2c1b3c6du;
+    return x ^ (x >> 13);
 }
 
-// of the edges from a to b; none where a is b
-static inline void borders_add8(const uint8 a, const uint8 b, uint8 *first, uint8 *second)
+static inline uint8 borders_rehash8(const uint8 hash)
 {
-    const uint8 turned = as_uint8(a > b), real = as_uint8(a != b);
-    const uint8 low = turned ? b : a, high = turned ? a : b;
-    const uint8 x = borders_hash8(low, high), y = borders_hash8(x, high);
-    *first += ((x ^ turned) - turned) & real;
-    *second += ((y ^ turned) - turned) & real;
+    const uint8 x = hash * 0x297a2d39u + 0x85ebca6bu;
+    return x ^ (x >> 16);
 }
 
+// An edge from a to b adds g(a) h(b) - g(b) h(a), which the edge from b to a takes away, and one from a to a has none of;
+// g and h are hashes of a vertex, and a second sum has g / 2^16.
 __kernel void cluster_borders_sum(
     __global const uint *restrict triangles,
     __global uint *restrict sums,
@@ -47,14 +44,11 @@ __kernel void cluster_borders_sum(
     const uint2 rows = chunk_rows(chunk, chunk_count, triangle_count);
     uint8 first = 0, second = 0;
     for (uint t = rows.x; t < rows.y; t += 8) {
-        uint index[24];
-        for (uint j = 0; j < 24; ++j) index[j] = 3 * (ulong)t + j < 3 * (ulong)rows.y ? triangles[3 * (size_t)t + j] : 0;
-        const uint8 a = (uint8)(index[0], index[3], index[6], index[9], index[12], index[15], index[18], index[21]);
-        const uint8 b = (uint8)(index[1], index[4], index[7], index[10], index[13], index[16], index[19], index[22]);
-        const uint8 c = (uint8)(index[2], index[5], index[8], index[11], index[14], index[17], index[20], index[23]);
-        borders_add8(a, b, &first, &second);
-        borders_add8(b, c, &first, &second);
-        borders_add8(c, a, &first, &second);
+        const corners8 v = corners_load8(triangles, t, rows.y);
+        const uint8 a = borders_hash8(v.a), b = borders_hash8(v.b), c = borders_hash8(v.c);
+        const uint8 x = borders_rehash8(a), y = borders_rehash8(b), z = borders_rehash8(c);
+        first += a * (y - z) + b * (z - x) + c * (x - y);
+        second += (a >> 16) * (y - z) + (b >> 16) * (z - x) + (c >> 16) * (x - y);
     }
     const uint4 x = first.lo + first.hi, y = second.lo + second.hi;
     vstore2((uint2)(x.x + x.y + x.z + x.w, y.x + y.y + y.z + y.w), chunk, sums);

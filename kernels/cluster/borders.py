@@ -44,6 +44,25 @@ def edges_of(triangles: Indices) -> Indices:
     return np.stack([np.roll(triangles, -k, axis=1) for k in range(3)], axis=1).reshape(-1, 3)
 
 
+def edge_sums(device: Device, program: Program, triangles: Buffer) -> Buffer:
+    """Sums over the edges of a mesh's triangles, (chunks, 2) uint32, for `cancel`; never waits.
+
+    Args:
+        device: where the mesh is.
+        program: holds the kernels of `cluster/borders.cl`.
+        triangles: uint32, (m, 3).
+    """
+    chunks = chunk_count(device, max(triangles.shape[0], 1))
+    sums = device.allocate("sums", (chunks, 2), np.uint32)
+    _launch(device, program, triangles, "sum", sums=sums)
+    return sums
+
+
+def cancel(sums: NDArray[np.uint32]) -> bool:
+    """Is each edge used as often in one direction as in the other? Then there is no border."""
+    return not sums.sum(axis=0, dtype=np.uint32).any()
+
+
 def border_edges(device: Device, program: Program, triangles: Buffer, positions: Floats) -> Indices:
     """The border edges of a mesh on the device, (borders, 3) uint32 in input order: from, to, the third corner.
 
@@ -55,28 +74,29 @@ def border_edges(device: Device, program: Program, triangles: Buffer, positions:
         triangles: uint32, (m, 3).
         positions: of the mesh, (n, 3), on the host.
     """
-    count = triangles.shape[0]
-    chunks, local = chunk_count(device, max(count, 1)), chunk_local(device)
-    shared = {"triangles": triangles, "triangle_count": count, "chunk_count": chunks}
-
-    def launch(name: str, **more: object) -> None:
-        program.launch(
-            f"cluster_borders_{name}", chunks, stage="borders", local=local, **shared, **more
-        )(Timeline())
-
-    sums = device.allocate("sums", (chunks, 2), np.uint32)
-    launch("sum", sums=sums)
-    if not device.read(sums).sum(axis=0, dtype=np.uint32).any():
-        return NO_EDGES
     marks = device.allocate("marks", len(positions), np.int32)
     device.fill(Timeline(), "borders", marks, 0)
-    launch("mark", marks=marks)
+    _launch(device, program, triangles, "mark", marks=marks)
+    chunks = chunk_count(device, max(triangles.shape[0], 1))
     chunk_sums = device.allocate("chunk_sums", chunks, np.uint32)
-    launch("count", marks=marks, chunk_sums=chunk_sums)
+    _launch(device, program, triangles, "count", marks=marks, chunk_sums=chunk_sums)
     rows = int(device.read(chunk_sums).sum(dtype=np.int64))
+    if not rows:
+        return NO_EDGES
     edges = device.allocate("edges", (rows, 3), np.uint32)
-    launch("write", marks=marks, chunk_sums=chunk_sums, edges=edges)
+    _launch(device, program, triangles, "write", marks=marks, chunk_sums=chunk_sums, edges=edges)
     return used_once(device.read(edges), positions)
+
+
+def _launch(
+    device: Device, program: Program, triangles: Buffer, kernel: str, **arguments: Buffer
+) -> None:
+    count = triangles.shape[0]
+    chunks = chunk_count(device, max(count, 1))
+    program.launch(
+        f"cluster_borders_{kernel}", chunks, stage="borders", local=chunk_local(device),
+        triangles=triangles, triangle_count=count, chunk_count=chunks, **arguments,
+    )(Timeline())  # fmt: skip
 
 
 def border_vertices(edges: Indices) -> NDArray[np.uint32]:

@@ -12,6 +12,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster import turned
 from lodbench.kernels.cluster.borders import NO_EDGES, NO_VERTICES, border_vertices
 from lodbench.kernels.cluster.grid import Grid
@@ -271,69 +272,44 @@ class Clustering(DeviceSubject):
             self.warm_up()
             warm.add(key)
 
-    def live_rows(self) -> list[tuple[int, int]]:
-        """Output vertices, as many as occupied cells at most, and triangles of the last frame."""
-        unread = self._rows is None
-        found = super().live_rows()
-        if unread and (occupied := int(self.device.read(self.state)[0])) > self.capacity:
+    def read_counts(self, counts: Sequence[Buffer]) -> Sequence[NDArray[np.uint32]]:
+        """As every subject's; read with them is whether the cells were as many as in set-up."""
+        *found, state = self.device.read_all(*((buffer, None) for buffer in (*counts, self.state)))
+        if (occupied := int(state[0])) > self.capacity:
             raise DeviceError(
                 f"cells: expected {self.capacity} occupied as in set-up, got {occupied}"
             )
         return found
 
+    def read_back(self) -> tuple[TriangleMesh, NDArray[np.uint32]]:
+        """The last frame's mesh, and `vertex_map`, after a single wait."""
+        vertices, triangles = self.live()
+        positions, survivors, vertex_map = self.device.read_all(
+            (self.vertices_out, vertices), (self.survivors, triangles), (self._map(), None)
+        )
+        return TriangleMesh(positions, survivors), vertex_map
+
     def vertex_map(self) -> NDArray[np.uint32]:
         """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where its cell has none."""
+        return self.device.read(self._map())
+
+    def _map(self) -> Buffer:
+        """`vertex_map` on the device; never waits."""
         result = self.device.allocate("vertex_map", self._vertices, np.uint32)
         self.launch(
             "cluster_cells_map", self._vertices, "vertex_map",
             points=self.points, new_ranks=self.new_ranks, vertex_map=result,
             vertex_count=self._vertices,
         )(Timeline())  # fmt: skip
-        return self.device.read(result)
+        return result
 
-    def fates(self) -> NDArray[np.uint8]:
-        """What became of each input triangle in the last frame, (m,): 0 it is gone, 1 it survives, 2 turned over.
-
-        One that survives is turned over where its normal points against that of the output triangle.
-        """
-        result = self.device.allocate("fates", self._triangles, np.uint8)
-        self.launch(
-            "cluster_emit_fates", self._triangles, "fates", points=self.points,
-            triangles=self._upload.triangles, solved=self.solved, fates=result,
-            triangle_count=self._triangles,
-        )(Timeline())  # fmt: skip
-        return self.device.read(result)
-
-    def sources(self, remove_flipped: bool = False) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
-        """The input triangle of each output triangle of the last frame, ascending, and its fate, see `fates`.
-
-        Args:
-            remove_flipped: leave out those that are turned over, before a duplicate is removed for their sake.
-        """
-        fates = self.fates()
-        found = np.flatnonzero(fates == turned.SURVIVES if remove_flipped else fates)
-        if getattr(self.params, "remove_duplicates", False):
-            rows = self.vertex_map()[self._mesh.triangles[found]].reshape(-1, 3)
-            found = found[turned.first_of_each(rows, self.live()[0])]
-        return found, fates[found]
-
-    def _idle(self) -> dict[str, int]:
-        """The output's duplicate and turned triangles, counted."""
-        vertices, triangles = self.live()
-        rows = self.device.read(self.survivors, triangles).reshape(-1, 3)
-        # of all fates where each survivor is in the output: quicker than finding the rows
+    def counters(self) -> Mapping[str, int | float]:
+        """Vertices and triangles, `more_counters`, and output triangles that say nothing of the surface."""
         distinct = getattr(self.params, "remove_duplicates", False)
-        fates = self.sources()[1] if distinct else self.fates()
-        return {
-            "duplicate_triangles": turned.duplicates(rows, vertices),
-            "flipped_triangles": int(np.count_nonzero(fates == turned.TURNED)),
-        }
+        return {**super().counters(), **turned.counted(self._mesh, *self.read_back(), distinct)}
 
     def more_counters(self) -> Mapping[str, int | float]:
-        """Sizes in, occupied cells, and output triangles that say nothing of the surface.
-
-        `duplicate_triangles` have the vertices of one before them, whichever way they face; `flipped_triangles` have a
-        normal against that of the input triangle they come from.
+        """Sizes in, and occupied cells: what is known at once.
 
         `cells_x`, `cells_y`, `cells_z` are those along each axis. With a target also `target`, `target_gap`
         (triangles short of it, negative where there are more), `counting_passes` and `cells_along_longest`.
@@ -345,7 +321,6 @@ class Clustering(DeviceSubject):
             **{f"cells_{axis}": n for axis, n in zip("xyz", self.cell_grid.counts, strict=True)},
             "cells_occupied": self.occupied,
             "border_edges": len(self.border),
-            **self._idle(),
         }
         if self.found is not None:
             counters |= missed(self.found.target, self.live()[1])

@@ -5,13 +5,11 @@
 // Reads     points        float4[vertex_count]       w: bits of the cell's rank
 //           triangles     uint[3 * triangle_count]
 //           new_ranks     uint[capacity]             output vertex of a cell
-//           solved        float4[capacity]           representative in those units
 // Writes    chunk_sums    uint[chunk_count]
 //           survivors     uint[3 * triangle_count]   output triangles
 //           counts        uint[2]                    [1]: output triangles
 //           used          uchar[capacity]            1 where a surviving triangle has a corner; several items may write
 //                                                    the same 1
-//           fates         uchar[triangle_count]      0: gone; 1: survives; 2: survives, turned over
 // Needs     common/chunk.cl
 
 static inline uint3 emit_cells(
@@ -75,36 +73,5 @@ __kernel void cluster_emit_mark(
     for (uint t = rows.x; t < rows.y; ++t) {
         const uint3 c = emit_cells(points, triangles, t);
         if (emit_survives(c)) used[c.x] = used[c.y] = used[c.z] = 1;
-    }
-}
-
-__kernel void cluster_emit_fates(
-    __global const float4 *restrict points,
-    __global const uint *restrict triangles,
-    __global const float4 *restrict solved,
-    __global uchar *restrict fates,
-    const uint triangle_count,
-    const uint chunk_count)
-{
-    const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count) return;
-
-    const uint2 rows = chunk_rows(chunk, chunk_count, triangle_count);
-    for (uint start = rows.x; start < rows.y; start += 64) {
-        // those that survive first, without a branch that nobody could foresee
-        uint survivors[64], count = 0;
-        for (uint t = start; t < min(start + 64, rows.y); ++t) {
-            const bool survives = emit_survives(emit_cells(points, triangles, t));
-            fates[t] = survives;
-            survivors[count] = t;
-            count += survives;
-        }
-        for (uint i = 0; i < count; ++i) {
-            const uint3 v = vload3(survivors[i], triangles);
-            const float4 a = points[v.x], b = points[v.y], c = points[v.z];
-            const float3 p = solved[as_uint(a.w)].xyz;
-            const float3 after = cross(solved[as_uint(b.w)].xyz - p, solved[as_uint(c.w)].xyz - p);
-            if (dot(cross(b.xyz - a.xyz, c.xyz - a.xyz), after) < 0.0f) fates[survivors[i]] = 2;
-        }
     }
 }

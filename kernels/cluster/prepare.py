@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.cluster import turned
-from lodbench.kernels.cluster.attributes import carry, has_attributes
+from lodbench.kernels.cluster.attributes import has_attributes
 from lodbench.kernels.cluster.borders import border_vertices
 from lodbench.kernels.cluster.clustering import Clustering
+from lodbench.kernels.cluster.finish import Asked, finished
 from lodbench.kernels.cluster.search import Found, find_cells
 from lodbench.kernels.cluster.survivors import DeviceSurvivors
 from lodbench.kernels.cluster.target import GridTarget
@@ -52,7 +52,8 @@ def prepare(
         ValueError: more than 2**27 cells.
         Unsupported: no room, or something that the device lacks.
     """
-    upload = Upload(device, mesh, files, warp_of(params, mesh, device))
+    warp = warp_of(params, mesh, device)
+    upload = Upload(device, mesh, files, warp, borders=params.uses_border)
     kept = border_vertices(upload.border_edges) if params.keeps_border else None
     asked = params.triangles(mesh.triangle_count)
     if asked is None:
@@ -84,6 +85,7 @@ def simplifier(
         *,
         attributes: bool = True,
         remove_flipped: bool = False,
+        manifold: bool = False,
         **options: Any,
     ) -> Result:
         """The simplified mesh, by a number of triangles or by a grid; other options are those of the Params.
@@ -99,57 +101,27 @@ def simplifier(
                 `cluster/attributes.py` says; `split_vertices` counts those added, `setup` has the stage "attributes".
             remove_flipped: drop output triangles whose normal points against that of the input triangle that they come
                 from, and vertices that no other uses; `flipped_removed` counts them. A target is met before.
+            manifold: part the sheets that meet at an edge or a vertex, as `cluster/manifold.py` says: no edge has more
+                than two triangles then, and a closed, oriented mesh stays closed, but for seams of attributes.
+                `parted_vertices` counts those added, `back_to_back_removed` the triangles that backed each other;
+                `setup` has the stage "manifold".
             **options: of the Params.
         """
         check("attributes", attributes, bool)
         check("remove_flipped", remove_flipped, bool)
+        check("manifold", manifold, bool)
         prepared = prepare(device, mesh, params.named(**options))
         frame = run(device, prepared)
-        (simplified,) = prepared.result()
+        simplified, vertex_map = prepared.read_back()
         if not attributes:
             simplified = simplified.bare()
-        counters = dict(prepared.counters())
-        result = Result(
-            simplified, prepared.vertex_map(), (simplified,), counters, prepared.setup, frame
-        )
-        carrying = attributes and has_attributes(mesh)
-        if not isinstance(prepared, Clustering) or not (carrying or remove_flipped):
-            return result
-        return _finished(prepared, mesh, result, carrying, remove_flipped)
+        made = Result(simplified, vertex_map, (simplified,), {}, prepared.setup, frame)
+        if isinstance(prepared, Unchanged):
+            return replace(made, counters=prepared.counters())
+        asked = Asked(attributes and has_attributes(mesh), remove_flipped, manifold)
+        return finished(prepared, mesh, made, asked)
 
     return simplify
-
-
-def _finished(
-    prepared: Clustering,
-    mesh: TriangleMesh,
-    result: Result,
-    attributes: bool,
-    remove_flipped: bool,
-) -> Result:
-    """The result without the triangles that are turned over, and with attributes, as asked for."""
-    simplified, vertex_map, counters = result.mesh, result.vertex_map, dict(result.counters)
-    assert vertex_map is not None
-    sources, _ = prepared.sources(remove_flipped)
-    if remove_flipped:
-        triangles = vertex_map[mesh.triangles[sources]].reshape(-1, 3)
-        counters["flipped_removed"] = simplified.triangle_count - len(triangles)
-        simplified, vertex_map = turned.with_triangles(simplified, vertex_map, triangles)
-        counters |= {
-            "flipped_triangles": 0, "triangles": len(triangles),
-            "duplicate_triangles": turned.duplicates(triangles, simplified.vertex_count),
-        }  # fmt: skip
-        if "target" in counters:
-            counters |= missed(int(counters["target"]), len(triangles))
-    if attributes:
-        with result.setup.host("attributes"):
-            carried = carry(mesh, simplified, vertex_map, sources)
-        simplified, vertex_map = carried.mesh, carried.vertex_map
-        counters["split_vertices"] = carried.split
-    counters["vertices"] = simplified.vertex_count
-    return replace(
-        result, mesh=simplified, vertex_map=vertex_map, levels=(simplified,), counters=counters
-    )
 
 
 def search_cells(

@@ -12,6 +12,52 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 NO_VERTEX = np.uint32(0xFFFFFFFF)
 GONE, SURVIVES, TURNED = range(3)
 """What becomes of an input triangle."""
+COUNTED = ("duplicate_triangles", "flipped_triangles")
+
+
+def counted(
+    mesh: TriangleMesh, simplified: TriangleMesh, vertex_map: NDArray[np.uint32], distinct: bool
+) -> dict[str, int]:
+    """The counters `COUNTED` of the output.
+
+    `duplicate_triangles` have the vertices of one before them, whichever way they face; `flipped_triangles` have a
+    normal against that of the input triangle they come from.
+
+    Args:
+        mesh: the input.
+        simplified: the output.
+        vertex_map: (n,) output vertex of each input vertex, 0xFFFFFFFF where there is none.
+        distinct: were duplicates removed?
+    """
+    found = fates(mesh, simplified, vertex_map)
+    if distinct:  # else each that survives is in the output: quicker than finding the rows
+        found = found[sources(found, mesh, simplified, vertex_map, distinct)]
+    return {
+        "duplicate_triangles": duplicates(simplified.triangles, simplified.vertex_count),
+        "flipped_triangles": int(np.count_nonzero(found == TURNED)),
+    }
+
+
+def sources(
+    found: NDArray[np.uint8],
+    mesh: TriangleMesh,
+    simplified: TriangleMesh,
+    vertex_map: NDArray[np.uint32],
+    distinct: bool,
+    remove_flipped: bool = False,
+) -> NDArray[np.intp]:
+    """The input triangle of each output triangle, ascending; see `counted`.
+
+    Args:
+        found: the input triangles' `fates`.
+        mesh, simplified, vertex_map, distinct: as for `counted`.
+        remove_flipped: leave out those that are turned over, before a duplicate is removed for their sake.
+    """
+    rows = np.flatnonzero(found == SURVIVES if remove_flipped else found)
+    if distinct:
+        triangles = vertex_map[mesh.triangles[rows]].reshape(-1, 3)
+        rows = rows[first_of_each(triangles, simplified.vertex_count)]
+    return rows
 
 
 def fates(

@@ -69,6 +69,10 @@ class Unchanged(DeviceSubject):
         positions, triangles = (self.device.read(copy) for copy in self._copies)
         return [replace(self._mesh, positions=positions, triangles=triangles)]
 
+    def read_back(self) -> tuple[TriangleMesh, NDArray[np.uint32]]:
+        """The mesh, and `vertex_map`."""
+        return self.result()[0], self.vertex_map()
+
     def vertex_map(self) -> NDArray[np.uint32]:
         """Each vertex is its own, (n,)."""
         return np.arange(self._given[0].shape[0], dtype=np.uint32)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Indices, TriangleMesh
 from lodbench.kernels.cluster import warp as warps
-from lodbench.kernels.cluster.borders import border_edges
+from lodbench.kernels.cluster.borders import NO_EDGES, border_edges, cancel, edge_sums
 from lodbench.kernels.cluster.warp import Warp
 from lodbench.kernels.opencl import Buffer, Device, Launch, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
@@ -43,16 +43,26 @@ class Upload:
         mesh: TriangleMesh,
         files: Sequence[str] = (),
         warp: Warp | None = None,
+        borders: bool = False,
     ) -> None:
+        """Upload, and look at all of it once.
+
+        Args:
+            device: where to.
+            mesh: whose arrays must stay as they are meanwhile: a CPU reads them where they lie.
+            files: the system's own kernels.
+            warp: see `Upload`.
+            borders: will `border_edges` be asked for? A closed mesh is then told in the same look.
+        """
         self.device = device
         self.mesh = mesh
         self.setup = Timeline()
         with self.setup.host("upload"):
             self.positions = device.upload(
-                "positions", mesh.positions, np.float32, (None, 3), wait=False
+                "positions", mesh.positions, np.float32, (None, 3), lent=True
             )
             self.triangles = device.upload(
-                "triangles", mesh.triangles, np.uint32, (None, 3), wait=False
+                "triangles", mesh.triangles, np.uint32, (None, 3), lent=True
             )
         with self.setup.host("build"):
             if warp is None:
@@ -60,27 +70,29 @@ class Upload:
             else:
                 self.program = device.build(*files, *SHARED, warps.FILE, defines=warps.DEFINES)
         with self.setup.host("box"):
-            self.low, self.high = self.box = self._box(self.positions)
+            looks = [self._boxes(self.positions)]
+            if borders:
+                looks.append(edge_sums(device, self.program, self.triangles))
+            boxes, *sums = device.read_all(*((look, None) for look in looks))
+            self._closed = bool(sums) and cancel(sums[0])
+            self.low, self.high = self.box = _box(boxes)
         self.warp, self.placed = warp, self.positions
         self.warping: Launch | None = None
         if warp is not None:
             with self.setup.host("warp"):
                 self._prepare_warp(warp)
 
-    def _box(self, positions: Buffer) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Lower and upper corner."""
-        if not self.mesh.vertex_count:
-            return np.zeros(3), np.zeros(3)
-        device, chunks = self.device, chunk_count(self.device, self.mesh.vertex_count)
-        boxes = device.allocate("boxes", (chunks, 2, 3, 8), np.float32)
-        box = self.program.launch(
-            "cluster_box", chunks, stage="box", local=chunk_local(device),
-            positions=positions, boxes=boxes,
-            vertex_count=self.mesh.vertex_count, chunk_count=chunks,
-        )  # fmt: skip
-        box(Timeline())
-        found = device.read(boxes).astype(np.float64)
-        return found[:, 0].min((0, 2)), found[:, 1].max((0, 2))
+    def _boxes(self, positions: Buffer) -> Buffer:
+        """Corners of boxes that together hold all positions, (boxes, lower and upper, xyz, 8); never waits."""
+        device, count = self.device, self.mesh.vertex_count
+        chunks = chunk_count(device, count)
+        boxes = device.allocate("boxes", (chunks if count else 0, 2, 3, 8), np.float32)
+        if count:
+            self.program.launch(
+                "cluster_box", chunks, stage="box", local=chunk_local(device),
+                positions=positions, boxes=boxes, vertex_count=count, chunk_count=chunks,
+            )(Timeline())  # fmt: skip
+        return boxes
 
     def _prepare_warp(self, warp: Warp) -> None:
         device, count = self.device, self.mesh.vertex_count
@@ -94,10 +106,20 @@ class Upload:
             vertex_count=count, chunk_count=chunks, **tables, **warp.arguments,
         )  # fmt: skip
         self.warping(Timeline())
-        self.box = self._box(self.placed)
+        self.box = _box(device.read(self._boxes(self.placed)))
 
     @cached_property
     def border_edges(self) -> Indices:
         """See `borders.border_edges`; found once, in the set-up stage "borders"."""
+        if self._closed:
+            return NO_EDGES
         with self.setup.host("borders"):
             return border_edges(self.device, self.program, self.triangles, self.mesh.positions)
+
+
+def _box(boxes: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lower and upper corner of what `Upload._boxes` gives; zeros of nothing."""
+    if not len(boxes):
+        return np.zeros(3), np.zeros(3)
+    low, high = boxes[:, 0].min((0, 2)), boxes[:, 1].max((0, 2))
+    return low.astype(np.float64), high.astype(np.float64)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
+from lodbench.datasets_gen.arrays import box
 from lodbench.kernels.cluster.grid import Cells, Grid
 
 Doubles = NDArray[np.float64]
@@ -100,8 +101,7 @@ class Warp(ABC):
         """The linear cell number of each of `positions` (n, 3), and how far it lets one step, (n, 3)."""
         places, stretch = self(positions)
         even = self.even(cells)
-        box = (places.min(0), places.max(0)) if len(places) else self.box
-        grid = Grid.over(box[0].astype(np.float64), box[1].astype(np.float64), cells)
+        grid = Grid.over(*(box(places) if len(places) else self.box), cells)
         values = {name: np.float32(value) for name, value in self.limits(grid, even).items()}
         limits = np.minimum(stretch * values["edge"], values["longest"])
         return grid.cells_of(grid.points(places)), limits.astype(np.float64)

@@ -22,7 +22,7 @@ from lodbench.kernels.opencl.driver import (
     opencl,
 )
 from lodbench.kernels.opencl.launch import Program
-from lodbench.kernels.opencl.memory import Buffer, Pool
+from lodbench.kernels.opencl.memory import Buffer, Pool, checked
 from lodbench.kernels.opencl.source import PRELUDE, Text, texts_of
 from lodbench.kernels.opencl.timeline import Timeline
 
@@ -201,33 +201,33 @@ class Device:
         values: ArrayLike,
         dtype: Any = None,
         shape: tuple[int | None, ...] | None = None,
-        wait: bool = True,
+        lent: bool = False,
     ) -> Buffer:
         """A buffer holding `values`, which must already have the dtype and shape (None: any length) asked for.
 
-        Without `wait` the values must stay as they are until something else has waited.
+        Values that are `lent` must stay as they are as long as the buffer lives, and are only read: a CPU reads them
+        where they lie.
 
         Raises:
             TypeError: another dtype. Nothing is converted here: float64 read as float32 would be garbage.
             ValueError: another shape.
             Unsupported: no room.
         """
-        array = np.ascontiguousarray(values)
-        if dtype is not None and array.dtype != np.dtype(dtype):
-            raise TypeError(f"{name}: expected {np.dtype(dtype)}, got {array.dtype}")
-        if shape is not None and (
-            array.ndim != len(shape)
-            or any(
-                want is not None and want != have
-                for want, have in zip(shape, array.shape, strict=True)
-            )
-        ):
-            wanted = tuple("n" if want is None else want for want in shape)
-            raise ValueError(f"{name}: expected shape {wanted}, got {array.shape}")
+        array = checked(name, values, dtype, shape)
+        if lent and self.is_cpu and array.size:
+            return self._in_place(name, array)
         buffer = self.allocate(name, array.shape, array.dtype)
         if array.size:
-            self.cl.enqueue_copy(self.queue, buffer.memory, array, is_blocking=wait)
+            self.cl.enqueue_copy(self.queue, buffer.memory, array)
         return buffer
+
+    def _in_place(self, name: str, array: NDArray[Any]) -> Buffer:
+        """The host's own memory as a buffer that is only read, counted like any other."""
+        flags = self.cl.mem_flags
+        driver.check_process()
+        self._pool.count(name, array.nbytes)
+        memory = self.cl.Buffer(self.context, flags.READ_ONLY | flags.USE_HOST_PTR, hostbuf=array)
+        return Buffer(name, array.shape, array.dtype, memory, self._pool.give_back)
 
     def read(self, buffer: Buffer, rows: int | None = None) -> NDArray[Any]:
         """The buffer's content, or its first `rows` rows, once all that was enqueued is done."""

@@ -63,6 +63,8 @@ class Launch:
         self._name, self._kernel = name, kernel
         self._position = parameters
         self._held: dict[str, Any] = {}  # buffers stay alive as long as the launch
+        # what `set_arg` comes to for a value, once it has spent 60 times as long on finding out that it is one
+        self._set_value = getattr(kernel, "_set_arg_buf", kernel.set_arg)
         self._local = local
         self._loaded = loaded  # of the program: names and group sizes that have run
         self._key = (name, local)
@@ -101,7 +103,8 @@ class Launch:
                 expected = ", ".join(self._position)
                 raise TypeError(f"{self._name}: expected one of {expected}, got {name}")
             index, parameter = self._position[name]
-            self._kernel.set_arg(index, self._argument(parameter, value))
+            set_argument = self._kernel.set_arg if parameter.space else self._set_value
+            set_argument(index, self._argument(parameter, value))
             self._held[name] = value
 
     def _argument(self, parameter: Parameter, value: Any) -> Any:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from lodbench.kernels.opencl import driver
 from lodbench.kernels.opencl.driver import Unsupported
@@ -15,6 +16,28 @@ from lodbench.kernels.opencl.driver import Unsupported
 # of the limit: a device that shares the host's memory must not keep all that is not in use; but where a call's own
 # buffers pass the bound, each call pays for their pages anew, twice its time
 HELD_SHARE = 1 / 4
+
+
+def checked(
+    name: str, values: ArrayLike, dtype: Any, shape: tuple[int | None, ...] | None
+) -> NDArray[Any]:
+    """`values` as one whole array, which has the dtype and shape (None: any, any length) asked for.
+
+    Raises:
+        TypeError, ValueError: it has another one.
+    """
+    array = np.require(values, requirements=("C", "A"))
+    if dtype is not None and array.dtype != np.dtype(dtype):
+        raise TypeError(f"{name}: expected {np.dtype(dtype)}, got {array.dtype}")
+    if shape is not None and (
+        array.ndim != len(shape)
+        or any(
+            want is not None and want != have for want, have in zip(shape, array.shape, strict=True)
+        )
+    ):
+        wanted = tuple("n" if want is None else want for want in shape)
+        raise ValueError(f"{name}: expected shape {wanted}, got {array.shape}")
+    return array
 
 
 @dataclass(eq=False)
@@ -87,6 +110,22 @@ class Pool:
             Unsupported: the device, or its limit, has no room for it.
             DeviceError: see `driver.check_process`.
         """
+        self.count(name, size)
+        driver.check_process()
+        try:
+            return self._pool.allocate(size)
+        except self._cl.Error as error:
+            self.used_bytes -= size
+            raise Unsupported(
+                f"{name}: needs {size:,} bytes of device memory, device refused: {error}"
+            ) from None
+
+    def count(self, name: str, size: int) -> None:
+        """Count `size` bytes as in use, whoever has them, until they are given back.
+
+        Raises:
+            Unsupported: the device, or its limit, has no room for them.
+        """
         free = self.limit - self.used_bytes
         if size > free or size > self.largest:
             limit = "free" if size > free else "the largest allocation"
@@ -94,15 +133,7 @@ class Pool:
                 f"{name}: needs {size:,} bytes of device memory, "
                 f"device has {min(free, self.largest):,} ({limit})"
             )
-        driver.check_process()
-        try:
-            memory = self._pool.allocate(size)
-        except self._cl.Error as error:
-            raise Unsupported(
-                f"{name}: needs {size:,} bytes of device memory, device refused: {error}"
-            ) from None
         self.used_bytes += size
-        return memory
 
     def give_back(self, size: int) -> None:
         """A buffer of `size` bytes was released; what is held beyond the bound goes back to the driver."""

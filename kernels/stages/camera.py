@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lodbench.datasets_gen.arrays import box
 from lodbench.kernels.system import View
 
 TABLE_SIZE = (
@@ -136,7 +137,7 @@ def fit_points(
     length = float(np.linalg.norm(direction))
     if not (np.isfinite(length) and length > 0):
         raise ValueError(f"direction: expected a finite vector that is not zero, got {direction}")
-    low, high = points.min(0), points.max(0)
+    low, high = box(points)
     centre = (low + high) / 2
     radius = float(np.linalg.norm(high - low)) / 2 or max(float(np.abs(centre).max()), 1.0) * 1e-3
     width, height = _size(size)

@@ -15,6 +15,7 @@ from typing import Annotated
 
 import numpy as np
 
+from lodbench.datasets_gen.arrays import box
 from lodbench.datasets_gen.surfaces import GeometryImage, TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared, host_system
 from lodbench.harness.baselines.numpy_quadtree_lod.walk import Walk
@@ -92,7 +93,7 @@ def prepare(device: Device, mesh: TriangleMesh | GeometryImage, params: Params) 
         )
     with setup.host("quadtree"):
         flat = image.positions.reshape(-1, 3).astype(np.float64)
-        diagonal = float(np.linalg.norm(flat.max(0) - flat.min(0)))
+        diagonal = float(np.linalg.norm(np.subtract(*box(flat))))
         scale = unit_scale(diagonal)
         places = [level * np.float32(scale) for level in pyramid(image, "samples")]
         errors = [e.astype(np.float32) for e in node_errors(places)]

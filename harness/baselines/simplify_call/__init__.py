@@ -13,6 +13,7 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared, host_system
+from lodbench.harness.measure.quality import topology
 from lodbench.kernels.api import simplify_mesh
 from lodbench.kernels.cluster.quadric_clustering import SYSTEM as QUADRIC_CLUSTERING
 from lodbench.kernels.cluster.quadric_clustering import Params as Clustering
@@ -25,7 +26,12 @@ TARGET_COUNTERS = ("target", "target_gap", "counting_passes", "cells_along_longe
 
 @dataclass(frozen=True)
 class Params(GridTarget):
-    """How far method quadric_clustering is to go; a search for the grid is part of the call."""
+    """How far method quadric_clustering is to go; a search for the grid is part of the call.
+
+    `manifold`: part the sheets that meet, see `kernels/cluster/manifold.py`.
+    """
+
+    manifold: bool = False
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
@@ -37,7 +43,11 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         simplify_mesh(device, mesh, attributes=False, **asked)
 
     def verdict(meshes: Sequence[TriangleMesh]) -> Check:
-        prepared = QUADRIC_CLUSTERING.prepare(device, mesh, Clustering(**asked))
+        if params.manifold:
+            met = sum(topology(made)["nonmanifold_edges"] for made in meshes)
+            return Check(met == 0, "edges of more than two triangles", met, 0)
+        own = {name: value for name, value in asked.items() if name != "manifold"}
+        prepared = QUADRIC_CLUSTERING.prepare(device, mesh, Clustering(**own))
         run(device, prepared)
         (expected,), (got,) = prepared.result(), meshes
         pairs = ((expected.positions, got.positions), (expected.triangles, got.triangles))
@@ -62,6 +72,6 @@ SYSTEM = host_system(
     "simplify_call",
     "lodbench.kernels.simplify_mesh",
     prepare,
-    {"cells_64": Params(64), "cells_30": Params(30)},
+    {"cells_64": Params(64), "cells_30": Params(30), "manifold": Params(30, manifold=True)},
     notes="wall time of the whole call, transfers included",
 )

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lodbench.kernels.cluster import turned
 from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.opencl import Buffer, Timeline
 from lodbench.kernels.subject import POINT, WORD
@@ -49,15 +47,10 @@ class Nodes(Clustering):
             )
         )  # fmt: skip
 
-    def fates(self) -> NDArray[np.uint8]:
-        """See `Clustering.fates`; the cut decides, and not the finest cells."""
-        return turned.fates(self._mesh, self.result()[0], self.vertex_map())
-
-    def vertex_map(self) -> NDArray[np.uint32]:
-        """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where its node has none."""
+    def _map(self) -> Buffer:
         result = self.device.allocate("vertex_map", self._vertices, np.uint32)
         self.launch(
             "octree_cut_map", self._vertices, "vertex_map", nodes=self.vertex_nodes,
             new_ranks=self.new_ranks, vertex_map=result, vertex_count=self._vertices,
         )(Timeline())  # fmt: skip
-        return self.device.read(result)
+        return result

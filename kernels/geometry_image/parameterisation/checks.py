@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from lodbench.datasets_gen.arrays import box
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.opencl import Unsupported
 
@@ -133,7 +134,7 @@ def require_sphere(mesh: TriangleMesh) -> tuple[Points, Faces, NDArray[np.int64]
     renamed[used] = np.arange(len(used))
     triangles = renamed[mesh.triangles]
     positions = mesh.positions[used].astype(np.float64)
-    low, high = positions.min(0), positions.max(0)
+    low, high = box(positions)
     positions = (positions - low) / max(float((high - low).max()), np.finfo(np.float64).tiny)
     a, b, c = (positions[triangles[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.datasets_gen.arrays import box
 from lodbench.datasets_gen.surfaces import GeometryImage
 from lodbench.kernels.geometry_image.quadtree_lod import reference
 from lodbench.kernels.geometry_image.quadtree_lod.fit import pyramid, sample_areas
@@ -48,7 +49,7 @@ class Tree:
         self.n = (self.side - 1).bit_length() - 1
         self.texels = 3 << (2 * self.n - 1)
         flat = image.positions.reshape(-1, 3)
-        self.low, self.high = flat.min(0).astype(np.float64), flat.max(0).astype(np.float64)
+        self.low, self.high = box(flat)
         self.diagonal = float(np.linalg.norm(self.high - self.low))
         self.scale = unit_scale(self.diagonal)
         with setup.host("upload"):

@@ -12,13 +12,20 @@ from lodbench.harness.plan.registry import systems
 from lodbench.kernels.system import Unsupported, run
 from tests.harness.baselines.test_fast_simplification import height_field
 
-COUNTED = ["meshoptimizer_simplify", "meshoptimizer_sloppy", "pyfqmr", "manifold3d"]
+COUNTED = [
+    "meshoptimizer_simplify",
+    "meshoptimizer_sloppy",
+    "pyfqmr",
+    "manifold3d",
+    "vtk_quadric_decimation",
+]
 GRIDDED = ["vtk_quadric_clustering", "vtk_binned_decimation"]
 MODULES = {
     "meshoptimizer_simplify": "meshoptimizer",
     "meshoptimizer_sloppy": "meshoptimizer",
     "vtk_quadric_clustering": "vtkmodules.vtkFiltersCore",
     "vtk_binned_decimation": "vtkmodules.vtkFiltersCore",
+    "vtk_quadric_decimation": "vtkmodules.vtkFiltersCore",
 }
 
 
@@ -68,7 +75,9 @@ def test_peer_keeps_the_count_asked_for(device, name):
     assert measure(mesh, result, samples=2000)["rms_error"] < 0.02
 
 
-@pytest.mark.parametrize("name", ["meshoptimizer_simplify", "pyfqmr", "manifold3d"])
+@pytest.mark.parametrize(
+    "name", ["meshoptimizer_simplify", "pyfqmr", "manifold3d", "vtk_quadric_decimation"]
+)
 def test_edge_collapse_peer_keeps_a_closed_surface_closed(device, name):
     _, result = run_peer(device, name, blob(), target_count=1000)
     found = topology(result)

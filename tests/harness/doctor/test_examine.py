@@ -159,7 +159,9 @@ def test_doctor_names_kernels_that_are_cut_short(monkeypatch, tmp_path):
 
 def test_doctor_passes_over_kernels_that_another_process_removes_meanwhile(monkeypatch, tmp_path):
     monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
-    (tmp_path / "tempfile_gone.so").symlink_to(tmp_path / "renamed.so")  # listed, and not to be read
+    (tmp_path / "tempfile_gone.so").symlink_to(
+        tmp_path / "renamed.so"
+    )  # listed, and not to be read
     assert by_what(doctor_opencl.caches())["PoCL cache"].status == "ok"
 
 

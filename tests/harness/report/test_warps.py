@@ -41,8 +41,8 @@ def test_each_subject_of_the_first_region_and_of_the_first_eye_is_drawn(drawn):
         group(Focus((0, 0.5, 0.5), 0.1), even),
         group(eye, simplified("view", quality={"rms_pixels": 3.21}, view=np.eye(4).tolist())),
     )
-    names = ["region_0", "region_1", "view_0"]
-    assert list(found) == [f"warp_{name}_icosphere_3.png" for name in names]
+    names = ["region_warp_0", "region_warp_1", "view_warp_0"]
+    assert list(found) == [f"{name}_icosphere_3.png" for name in names]
     captions = [caption for caption, _ in found.values()]
     assert captions[0].startswith("icosphere_3, even: ")
     assert captions[0].endswith(" triangles, RMS error 0.012 of the diagonal inside")

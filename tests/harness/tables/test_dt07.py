@@ -11,6 +11,7 @@ def test_dt07_rows_have_passes_ratios_and_the_exponent_of_time():
             subject("quadric_clustering", [seconds] * 5, params={"cells": 40.5}),
             subject("separate", [passes] * 5),
             subject("fast_simplification", [20 * seconds] * 5),
+            subject("simplify_call", [1.5 * seconds] * 5),
             table="dt07_timing", config={"dataset": name}, dataset=name, triangles_in=triangles,
         )  # fmt: skip
 
@@ -23,6 +24,8 @@ def test_dt07_rows_have_passes_ratios_and_the_exponent_of_time():
     assert rows["quadric_clustering"]["pass_1_s"] is None
     assert rows["quadric_clustering"]["ratio_to_fast_simplification"] == pytest.approx(20)
     assert rows["quadric_clustering"]["cells"] == 40.5
+    assert rows["simplify_call"]["frames_per_call"] == pytest.approx(1.5)
+    assert rows["quadric_clustering"]["frames_per_call"] is None
     assert rows["quadric_clustering"]["published_ratio_to_cpu"] == 20
     assert rows["quadric_clustering"]["slope"] is None, "one size has no slope"
     rows, _ = rows_of("dt07_timing", scan, small, large)

@@ -1,12 +1,14 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lodbench.datasets_gen.surfaces import ATTRIBUTES, TriangleMesh
-from lodbench.datasets_gen.triangles import displaced_icosphere, icosphere, torus
+from lodbench.datasets_gen.triangles import displaced_icosphere, icosphere, terrain, torus
 from lodbench.kernels import simplify, simplify_mesh
-from lodbench.kernels.cluster import attributes
+from lodbench.kernels.cluster import attribute_sums, attributes
 from lodbench.kernels.cluster.turned import NO_VERTEX
 from tests.kernels.cluster.meshes import cube, flat_lattice, single_triangle, wavy_sheet
 from tests.tolerances import EPSILON32
@@ -190,7 +192,7 @@ def test_more_sides_than_are_told_apart_stand_for_themselves(device):
     mesh = TriangleMesh(points, np.arange(300).reshape(-1, 3), uvs=uvs)
     out = both(device, mesh, cells=64)[0].mesh
     assert out.triangle_count > 90
-    assert np.ptp(out.uvs[out.triangles], axis=1).max() < 1e-6
+    assert np.ptp(out.uvs[out.triangles], axis=1).max() < UNIT
 
 
 @st.composite
@@ -272,7 +274,28 @@ def test_switches_are_checked_by_name(device):
 
 
 def test_normals_that_cancel_out_point_up():
-    assert attributes._unit(np.array([[0.0, 3], [0, 0], [0, 0]])).T.tolist() == [
+    assert attribute_sums.unit(np.array([[0.0, 3], [0, 0], [0, 0]])).T.tolist() == [
         [0, 0, 1],
         [1, 0, 0],
     ]
+
+
+@pytest.mark.parametrize("cells", [5, 14])
+def test_cells_that_hold_one_side_need_no_look_at_their_pieces(device, monkeypatch, cells):
+    """The same splits, and the same means to the rounding of their sums, as where every cell is looked into."""
+    colours = np.random.default_rng(3).random((20, 3))
+    for mesh in (terrain(60).with_normals(), wavy_sheet().with_normals(), torus(60, 30)):
+        rows = np.linspace(0, 19.99, mesh.vertex_count).astype(int)
+        mesh = dataclasses.replace(mesh, uvs=None, colours=colours[rows])
+        found = simplify_mesh(device, mesh, cells=cells)
+        with monkeypatch.context() as patch:
+            patch.setattr(
+                attributes, "mixed_vertices", lambda *given: np.ones(len(given[3].total), bool)
+            )
+            whole = simplify_mesh(device, mesh, cells=cells)
+        assert found.counters["split_vertices"] == whole.counters["split_vertices"]
+        assert np.array_equal(found.vertex_map, whole.vertex_map)
+        assert np.array_equal(found.mesh.triangles, whole.mesh.triangles)
+        for name in ("normals", "colours"):
+            ours, theirs = getattr(found.mesh, name), getattr(whole.mesh, name)
+            assert np.abs(ours - theirs).max() < UNIT

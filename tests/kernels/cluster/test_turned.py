@@ -104,9 +104,15 @@ def test_first_of_each_is_what_a_set_keeps(seed, count, vertex_count):
     assert turned.duplicates(triangles, vertex_count) == count - len(expected)
 
 
-def test_fates_by_the_map_are_those_of_the_kernel(device):
-    for mesh in (torus(24, 18), displaced_icosphere(9)):
-        prepared = prepare(device, mesh, Params(5))
-        run(device, prepared)
-        made = turned.fates(mesh, prepared.result()[0], prepared.vertex_map())
-        assert np.array_equal(made, prepared.fates())
+def test_idle_triangles_are_counted_when_they_are_asked_for(device, monkeypatch):
+    asked = []
+    count = turned.counted
+    monkeypatch.setattr(turned, "counted", lambda *given: asked.append(1) or count(*given))
+    counters = simplify_mesh(device, torus(60, 30), cells=9).counters
+    assert set(turned.COUNTED) < set(counters)
+    assert counters["triangles"] > 0 and not asked
+    prepared = prepare(device, torus(60, 30), Params(9))
+    run(device, prepared)
+    assert dict(prepared.counters()).items() <= dict(counters).items()
+    assert len(counters) == len(dict(counters))
+    assert asked == [1, 1], "once for all of them, and once of a system's own"
