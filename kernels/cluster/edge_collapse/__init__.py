@@ -12,6 +12,8 @@ vertices, where b and c begin as zero, so that float32 is enough. An edge goes o
 (the link condition, with the border as one more vertex) and no triangle turns by more than a limit. Planes upright on
 border edges hold the border.
 
+`collapses` gives the collapses in a valid order, and `replay` any level of detail out of these.
+
 Source: Garland & Heckbert, Surface Simplification Using Quadric Error Metrics, SIGGRAPH 97 (section 6 for border
 planes); quadrics of the current mesh after Lindstrom & Turk, Fast and Memory Efficient Polygonal Simplification, 1998;
 link condition of Dey, Edelsbrunner, Guha & Nekhayev 1999. Blocks, the shared threshold, shifts and quotas are of our
@@ -23,10 +25,11 @@ from __future__ import annotations
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse, prepare
 from lodbench.kernels.cluster.edge_collapse.params import Params
+from lodbench.kernels.cluster.edge_collapse.replay import Collapses, collapses, replay
 from lodbench.kernels.cluster.edge_collapse.simplify import simplify
 from lodbench.kernels.system import System
 
-__all__ = ["EdgeCollapse", "Params", "SYSTEM", "simplify"]
+__all__ = ["Collapses", "EdgeCollapse", "Params", "SYSTEM", "collapses", "replay", "simplify"]
 
 SYSTEM = System(
     name="edge_collapse",

@@ -12,6 +12,9 @@
 //           block_live  uint[blocks]
 //           state       uint[16]
 //           scratch     uint[SLICE_WORDS * items]
+//           sequence    uint4[vertex_count]       of each vertex that went, where recorded: sweep, the most that the block
+//                                                 had paid, block, its collapses before; by these, a valid order of all
+//           moves       float4[vertex_count]      where the vertex that it went to lies then, triangles that went
 // Needs     cluster/edge_collapse/collapse.cl
 // Plain     cluster/edge_collapse/reference.py
 
@@ -83,6 +86,9 @@ __kernel void edge_collapse_geometry_collapse(
     __global uint *restrict block_live,
     __global uint *restrict state,
     __global uint *restrict scratch,
+    __global uint4 *restrict sequence,
+    __global float4 *restrict moves,
+    const uint recorded,
     const float border_weight,
     const float turn_limit, // square of the cosine
     const uint keep_border,
@@ -113,8 +119,9 @@ __kernel void edge_collapse_geometry_collapse(
             }
         if (edges.count) geometry_append(&b, &edges, threshold);
         queue_order(&b);
-        uint left = 2 * quotas[index], collapses = 0;
+        uint left = 2 * quotas[index], collapses = 0, paid = 0;
         while (b.queued && left) {
+            const uint cost = b.queue[0] >> 32;
             const uint2 edge = queue_pop(&b);
             const uint u = edge.x & 0xFFFF, v = edge.x >> 16;
             if (!b.version[u] || !b.version[v] || (uint)b.version[u] + b.version[v] != edge.y) continue;
@@ -129,6 +136,11 @@ __kernel void edge_collapse_geometry_collapse(
             collapse_join(&b, u, v, &merged);
             parents[b.ids[u]] = b.ids[v];
             left -= gone;
+            paid = max(paid, cost);
+            if (recorded) {
+                sequence[b.ids[u]] = (uint4)(state[SWEEPS], paid, index, collapses);
+                moves[b.ids[u]] = (float4)(place, gone);
+            }
             ++collapses;
             collapse_ask(&b, v, threshold);
         }

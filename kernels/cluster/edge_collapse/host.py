@@ -50,6 +50,8 @@ class EdgeCollapse(DeviceSubject):
     scratch     uint  [slice * items]   a block as the work-item sees it
     survivors   uint  [3 * triangles]   output triangles
     sources     uint  [triangles]       their rows in the input
+    sequence    uint  [4 * vertices]    where recorded: by what the vertices that went are ordered
+    moves       float [4 * vertices]    where recorded: to where their others moved, triangles that went
     counts      uint  [2]               live output vertices and triangles
     ```
 
@@ -64,12 +66,17 @@ class EdgeCollapse(DeviceSubject):
         params: Params,
         target: int,
         locked: NDArray[np.bool_] | None = None,
+        recorded: bool = False,
     ) -> None:
         super().__init__(upload.device, upload.setup)
         self.mesh, self.params, self.target = upload.mesh, params, target
         self.hold("input", upload.positions, upload.triangles)
         self._program = upload.program
         self._vertices, self._triangles = upload.mesh.vertex_count, upload.mesh.triangle_count
+        rows = upload.mesh.vertex_count if recorded else 1
+        self.sequence = self.allocate("sequence", (rows, 4), np.uint32)
+        self.moves = self.allocate("moves", (rows, 4), np.float32)
+        self._recorded = recorded
         self._setup(upload, locked)
         self._sweeps(upload)
         self._emit(upload)
@@ -157,7 +164,8 @@ class EdgeCollapse(DeviceSubject):
         cosine = math.cos(math.radians(params.normal_limit))
         collapse = self._launch(
             "geometry_collapse", items, quotas=quotas, loss=self.loss, parents=self.parents,
-            rows=self.rows, block_live=self.block_live, turn_limit=cosine * cosine, **within,
+            rows=self.rows, block_live=self.block_live, turn_limit=cosine * cosine,
+            sequence=self.sequence, moves=self.moves, recorded=int(self._recorded), **within,
         )  # fmt: skip
         sample = self._launch("geometry_sample", items, histograms=histograms, **within)
         # what stays of each share depends on the mesh: the least that a sweep must read and write is left out
@@ -206,7 +214,7 @@ class EdgeCollapse(DeviceSubject):
         self.add(
             self._chunked(
                 "emit_vertices", n, numbers=self.numbers, vertices=self.vertices_out,
-                counts=self.counts, unscale=1 / self._prescale, **given,
+                counts=self.counts, unscale=self.unscale, **given,
             ),
             bytes=5 * WORD * n,
         )  # fmt: skip
@@ -232,6 +240,11 @@ class EdgeCollapse(DeviceSubject):
         """The input triangle of each output triangle of the last frame, corner by corner."""
         return self.device.read(self._sources, self.live()[1])
 
+    @property
+    def unscale(self) -> float:
+        """Model units per unit of `points` and `moves`, a power of two."""
+        return 1 / self._prescale
+
     def more_counters(self) -> Mapping[str, int | float]:
         """Sizes in, sweeps and collapses done, and how near the target is."""
         state = self.device.read(self.state)
@@ -247,7 +260,11 @@ class EdgeCollapse(DeviceSubject):
 
 
 def prepare(
-    device: Device, mesh: TriangleMesh, params: Params, locked: NDArray[np.bool_] | None = None
+    device: Device,
+    mesh: TriangleMesh,
+    params: Params,
+    locked: NDArray[np.bool_] | None = None,
+    recorded: bool = False,
 ) -> EdgeCollapse | Unchanged:
     """The mesh uploaded and a frame ready to run; the mesh itself where all of its triangles may stay.
 
@@ -256,6 +273,7 @@ def prepare(
         mesh: what is simplified.
         params: how far, and how.
         locked: (n,), vertices that stay where they are.
+        recorded: note the collapses, for `replay.py`.
 
     Raises:
         Unsupported: no room on the device.
@@ -272,4 +290,4 @@ def prepare(
         )  # fmt: skip
     with upload.setup.host("build"):
         upload.program = device.build(*FILES, defines={"BLOCK": CAPACITY})
-    return EdgeCollapse(upload, params, target, locked)
+    return EdgeCollapse(upload, params, target, locked, recorded)

@@ -81,7 +81,7 @@ def bits_of(triangle_count: int, block: int) -> int:
     """
     blocks = max(triangle_count / block, 1)
     wanted, least = (math.ceil(math.log(share * blocks, 4)) for share in (8, 1))
-    return max(4, min(wanted, 5), min(least, MOST_BITS))
+    return max(4 if blocks > 1 else 1, min(wanted, 5), min(least, MOST_BITS))
 
 
 def slice_words() -> int:

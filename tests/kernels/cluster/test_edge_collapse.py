@@ -7,7 +7,13 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere
 from lodbench.harness.measure.quality import measure, topology
 from lodbench.kernels.api import simplify as simplify_arrays
-from lodbench.kernels.cluster.edge_collapse import Params, reference, simplify
+from lodbench.kernels.cluster.edge_collapse import (
+    Params,
+    collapses,
+    reference,
+    replay,
+    simplify,
+)
 from lodbench.kernels.cluster.edge_collapse.curve import hilbert
 from lodbench.kernels.cluster.edge_collapse.host import prepare
 from lodbench.kernels.opencl.device import Device
@@ -363,3 +369,30 @@ def test_seams_stay_closed_and_both_sides_keep_their_own(device):
     assert (spread.max(1) - spread.min(1)).max() < 0.5, "no triangle spans the seam"
     bare = simplify(device, mesh, target_reduction=0.8, attributes=False, **SMALL).mesh
     assert bare.uvs is None
+
+
+@pytest.mark.parametrize("make", [torus, wavy_sheet])
+def test_replay_ends_where_simplifying_does_and_every_level_is_manifold(device, make):
+    mesh = make()
+    made = collapses(device, mesh, target_count=200, **SMALL)
+    direct = simplify(device, mesh, target_count=200, **SMALL).mesh
+    last = replay(made, 200)
+    assert np.array_equal(last.positions, direct.positions)
+    rows = [np.unique(m.triangles, axis=0) for m in (last, direct)]
+    assert np.array_equal(*rows)
+    for count in (1, 300, 555, 1500):
+        level = replay(made, count)
+        assert_manifold(level)
+        assert topology(level)["euler"] == topology(mesh)["euler"]
+        assert level.triangle_count == (last.triangle_count if count == 1 else level.triangle_count)
+        assert count == 1 or count - 1 <= level.triangle_count <= count
+    everything = replay(made, 10_000)
+    assert np.array_equal(everything.triangles, mesh.triangles)
+    with pytest.raises(ValueError, match=r"^count: expected at least 1, got 0"):
+        replay(made, 0)
+
+
+def test_nothing_to_collapse_is_replayed_as_it_is(device):
+    made = collapses(device, single_triangle(), target_count=5)
+    assert np.array_equal(replay(made, 1).triangles, [[0, 1, 2]])
+    assert replay(collapses(device, EMPTY, target_count=1), 1).triangle_count == 0
