@@ -61,12 +61,12 @@ def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
     for number in range(1, params.sweeps + 15):
         extra = number - params.sweeps
         goal = round(triangle_count * share ** min(number / params.sweeps, 1))
-        least = least_share(extra) if extra >= 0 else 0.0
+        least = least_share(extra) if extra > 0 else 0.0
         gain = params.gain * (LAST_GAIN if extra >= 0 else 1)
         block = min(params.block << max(extra - PATIENCE, 0), CAPACITY)
         whole = max(block, WHOLE) if extra >= 0 else block
         bits = bits_of(before, params.block)
-        yield Sweep(number, max(goal, target), bits, gain, extra >= 0, block, whole, least)
+        yield Sweep(number, max(goal, target), bits, gain, extra > 0, block, whole, least)
         before = max(goal, target)
 
 
