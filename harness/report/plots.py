@@ -11,6 +11,7 @@ from typing import Any
 import matplotlib
 
 from lodbench.datasets_gen.files import replacing
+from lodbench.harness.measure.limits import Limits
 from lodbench.harness.record.foreign import blamed_on, check_table, read_json
 from lodbench.harness.record.record import RunRecord, read_run
 from lodbench.harness.report.charts import CHARTS, ChartData, styles
@@ -101,9 +102,10 @@ def write_figures(folder: Path, run: RunRecord | None = None) -> list[Figure]:
     run = run or read_run(folder)
     tables = documents(folder)
     shared = styles(_systems(made, run) for made in tables)
+    limits = Limits.of_record(run.limits) if run.limits else None
     figures = []
     for made in tables:
-        chart_data = ChartData(made, run.of_table(made["id"]), shared)
+        chart_data = ChartData(made, run.of_table(made["id"]), shared, limits)
         with blamed_on(folder / "tables" / f"{made['id']}.json", "what can be drawn"):
             figures += _draw(folder / "figures", made, chart_data)
     return figures

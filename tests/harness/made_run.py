@@ -184,7 +184,8 @@ def make_run(folder: Path) -> Path:
         "samples": [2.7e10],
     }
     writer.write("limits", device="pthread-test", size_bytes=1 << 28, fill=rate, copy=rate,
-                 multiply_add={**rate, "unit": "flop/s", "best": 9.9e10})  # fmt: skip
+                 multiply_add={**rate, "unit": "flop/s", "best": 9.9e10},
+                 launch_wall={**rate, "unit": "s"}, launch_event={**rate, "unit": "s"})  # fmt: skip
     _clustering(writer, rng)
     _patterns(writer, rng)
     writer.close()

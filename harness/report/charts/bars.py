@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import EngFormatter, NullFormatter
 
+from lodbench.harness.measure.limits import Limits
 from lodbench.harness.measure.timing import SAMPLES
 from lodbench.harness.record.record import GroupRecord, SubjectRecord
 from lodbench.harness.report.amounts import amount
@@ -31,6 +32,7 @@ from lodbench.harness.report.charts.chart_data import (
     varying,
 )
 from lodbench.harness.report.statistics import noise
+from lodbench.kernels.system import Traffic
 
 LINES = 48  # what fits on a page
 
@@ -217,6 +219,12 @@ def stages(chart_data: ChartData) -> Chart | None:
                     end - share / 2, at, name, color=ON_COLOUR, ha="center", va="center_baseline",
                     size=7,
                 )  # fmt: skip
+    least = 100 * _least_shares(chart_data.limits, drawn, names, sums)
+    starts = ends - shares
+    at, stage = np.nonzero(least > 0)
+    heights = np.array(lines.heights)[at] + 0.25
+    left = starts[at, stage]
+    axes.hlines(heights, left, np.minimum(left + least[at, stage], 101), color=INK, lw=1.6)
     for at, subject in zip(lines.heights, drawn, strict=True):
         total = amount(float(np.median(subject.stage_s())), "s")
         axes.annotate(total, (101, at), va="center", annotation_clip=False)
@@ -224,7 +232,25 @@ def stages(chart_data: ChartData) -> Chart | None:
     lines.grid(axes)
     axes.set_xlabel("share of the frame's stage time, %")
     legend(canvas, [axes])
-    return Chart(canvas, f"Time by stage, medians; their sum stands to the right.{lines.more}")
+    caption = "Time by stage, medians; their sum stands to the right."
+    if least.any():
+        caption += (
+            " The line in a stage is the least that the bytes it must move, or the operations it must do, take at "
+            "the rates measured in the same run."
+        )
+    return Chart(canvas, caption + lines.more)
+
+
+def _least_shares(
+    limits: Limits | None, drawn: Sequence[SubjectRecord], names: Sequence[str], sums: Any
+) -> Any:
+    """Least time of each stage over the whole's, (subjects, stages); 0 where it is not known."""
+    least = np.zeros((len(drawn), len(names)))
+    for row, subject in enumerate(drawn):
+        for stage, traffic in subject.traffic.items():
+            if limits is not None and stage in subject.stages:
+                least[row, names.index(stage)] = limits.least_s(Traffic(**traffic))
+    return np.divide(least, sums, out=np.zeros_like(least), where=sums > 0)
 
 
 def samples(chart_data: ChartData) -> Chart | None:

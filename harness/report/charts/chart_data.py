@@ -9,6 +9,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 
+from lodbench.harness.measure.limits import Limits
 from lodbench.harness.record.record import GroupRecord
 from lodbench.harness.report.amounts import amount
 
@@ -28,11 +29,12 @@ WIDTH = 7.4  # inches: the report's column
 
 @dataclass(frozen=True)
 class ChartData:
-    """A table's document, the whole groups it was made from, and a colour and marker per system."""
+    """A table's document, the whole groups it was made from, a colour and marker per system, the device's limits."""
 
     document: Mapping[str, Any]
     groups: Sequence[GroupRecord]
     styles: Mapping[str, Style]
+    limits: Limits | None = None
 
     @property
     def facts(self) -> list[str]:

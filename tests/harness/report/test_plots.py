@@ -5,6 +5,7 @@ import pytest
 from matplotlib import rcParams
 from PIL import Image
 
+from lodbench.harness.measure.limits import Limits
 from lodbench.harness.record.record import read_run
 from lodbench.harness.report.charts import CHARTS, ChartData, bars, curves, styles
 from lodbench.harness.report.charts.chart_data import case, varying
@@ -112,6 +113,23 @@ def test_stage_shares_add_up_to_the_whole(run_folder):
     assert chart is not None
     widths = [patch.get_width() for patch in chart.canvas.axes[0].patches]
     assert sum(widths) == pytest.approx(100 * 4)  # four bars
+
+
+def test_stages_have_the_least_that_they_could_take(run_folder):
+    run = read_run(run_folder)
+    group = next(group for group in run.groups if group.table == "clustering")
+    subject = next(iter(group.subjects.values()))
+    stage = subject.stages[0]
+    seconds = float(np.median(subject.stage_s(stage)))
+    subject.traffic = {stage: {"bytes": round(0.25 * seconds * 2.6e10), "flops": 0}}
+    made = next(made for made in documents(run_folder) if made["id"] == "clustering")
+    chart = bars.stages(ChartData(made, [group], {}, Limits.of_record(run.limits)))
+    assert chart is not None
+    (lines,) = chart.canvas.axes[0].collections[:1]
+    ((begin, _), (end, _)), *_ = lines.get_segments()
+    patch = chart.canvas.axes[0].patches[0]
+    assert (end - begin) / patch.get_width() == pytest.approx(0.25, rel=1e-3)
+    assert "the least that the bytes" in chart.caption
 
 
 def test_noisy_subjects_are_marked_in_the_sample_strip(run_folder):
