@@ -72,7 +72,7 @@ def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
 
 def least_share(extra: int) -> float:
     """Of the edges that the last sweeps may collapse, by how many there were before."""
-    return min(0.004 * 1.6**extra, 1.0)
+    return min(0.002 * 1.7**extra, 1.0)
 
 
 def bits_of(triangle_count: int, block: int) -> int:
