@@ -17,7 +17,7 @@ border edges hold the border.
 Source: Garland & Heckbert, Surface Simplification Using Quadric Error Metrics, SIGGRAPH 97 (section 6 for border
 planes); quadrics of the current mesh after Lindstrom & Turk, Fast and Memory Efficient Polygonal Simplification, 1998;
 link condition of Dey, Edelsbrunner, Guha & Nekhayev 1999. Blocks, the shared threshold, shifts and quotas are of our
-own design.
+own design; their constants were chosen on bunny_closed_70k, armadillo_86k, rocker_arm and a sphere.
 """
 
 from __future__ import annotations
