@@ -1,0 +1,56 @@
+// Edge collapse: quadrics of a block's vertices, eight at once, and what its edges cost.
+//
+// Source    none
+// Work      functions only
+// Reads     nothing
+// Writes    nothing
+// Needs     common/transpose.cl cluster/edge_collapse/block.cl
+
+// columns of eight records of four, record v[i] beginning at four numbers times `stride` times that
+INLINE fours8 block_columns(__global const float4 *records, const uint stride, const uint *v)
+{
+    return transpose_fours((float8)(records[stride * v[0]], records[stride * v[4]]),
+        (float8)(records[stride * v[1]], records[stride * v[5]]), (float8)(records[stride * v[2]], records[stride * v[6]]),
+        (float8)(records[stride * v[3]], records[stride * v[7]]));
+}
+
+// quadrics of eight vertices; `fresh` ones are planes through their vertices
+INLINE void block_quadrics(const Block *b, const uint *v, const bool fresh, Quadrics *q)
+{
+    __global const float4 *halves = (__global const float4 *)b->planes;
+    const fours8 first = block_columns(halves, 2, v), second = block_columns(halves + 1, 2, v);
+    const fours8 place = block_columns(b->places, 1, v);
+    q->xx = first.x, q->xy = first.y, q->xz = first.z, q->yy = first.w, q->yz = second.x, q->zz = second.y;
+    q->px = place.x, q->py = place.y, q->pz = place.z;
+    q->bx = q->by = q->bz = q->c = 0.0f;
+    if (fresh) return;
+    const fours8 line = block_columns(b->lines, 1, v);
+    q->bx = line.x, q->by = line.y, q->bz = line.z, q->c = second.z;
+}
+
+// that of one vertex, eight times
+INLINE void block_quadric(const Block *b, const uint v, Quadrics *q)
+{
+    const float8 plane = b->planes[v];
+    const float4 line = b->lines[v], place = b->places[v];
+    q->xx = plane.s0, q->xy = plane.s1, q->xz = plane.s2, q->yy = plane.s3, q->yz = plane.s4, q->zz = plane.s5;
+    q->c = plane.s6;
+    q->bx = line.x, q->by = line.y, q->bz = line.z;
+    q->px = place.x, q->py = place.y, q->pz = place.z;
+}
+
+// edges of the block's triangles, to be asked for their costs, `count` of eight
+typedef struct {
+    uint u[8], v[8];
+    uint count;
+} Edges;
+
+// what the edges cost; lanes past their number are the first again
+INLINE float8 block_costs(const Block *b, Edges *edges)
+{
+    for (uint i = edges->count; i < 8; ++i) edges->u[i] = edges->u[0], edges->v[i] = edges->v[0];
+    Quadrics u, v, sum;
+    block_quadrics(b, edges->u, true, &u);
+    block_quadrics(b, edges->v, true, &v);
+    return quadric_merge(&u, &v, &sum);
+}

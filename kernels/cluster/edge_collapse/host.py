@@ -1,0 +1,293 @@
+"""Edge collapse on the device: the mesh as it shrinks, sweep by sweep."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.edge_collapse.curve import hilbert
+from lodbench.kernels.cluster.edge_collapse.params import Params
+from lodbench.kernels.cluster.edge_collapse.sweeps import (
+    ASKED,
+    CAPACITY,
+    bits_of,
+    slice_words,
+    sweeps,
+)
+from lodbench.kernels.cluster.edge_collapse.verdict import verdict
+from lodbench.kernels.cluster.unchanged import Unchanged
+from lodbench.kernels.cluster.upload import Upload
+from lodbench.kernels.opencl import Device, Launch, Timeline
+from lodbench.kernels.stages.scan import chunk_count, chunk_local
+from lodbench.kernels.subject import POINT, WORD, DeviceSubject
+from lodbench.kernels.system import Check, DeviceSurface
+from lodbench.kernels.targets import missed
+
+FILES = tuple(
+    f"cluster/edge_collapse/{name}.cl"
+    for name in ("setup", "sort", "plan", "geometry", "vertex", "emit")
+)
+BINS = 512  # of costs, see state.cl
+STATE = 16  # words
+BLOCKS_BEFORE, EACH_BEFORE = 3, 4
+SWEEPS, COLLAPSES = 10, 11
+
+
+class EdgeCollapse(DeviceSubject):
+    """One mesh, shrunk to a number of triangles.
+
+    ```
+    points      float [4 * vertices]    x y z brought near 1, triangles at the vertex
+    rows        uint  [4 * triangles]   a b c, row of the input; each block's at the front of its room
+    sorted      uint  [4 * triangles]   the same without gaps, along the curve
+    parents     uint  [vertices]        where a vertex went
+    histograms  uint  [BINS * blocks]   edges by cost
+    scratch     uint  [slice * items]   a block as the work-item sees it
+    survivors   uint  [3 * triangles]   output triangles
+    sources     uint  [triangles]       their rows in the input
+    sequence    uint  [4 * vertices]    where recorded: by what the vertices that went are ordered
+    moves       float [4 * vertices]    where recorded: to where their others moved, triangles that went
+    counts      uint  [2]               live output vertices and triangles
+    ```
+
+    Attributes:
+        target: triangles that may be left.
+        mesh: what is simplified.
+    """
+
+    def __init__(
+        self,
+        upload: Upload,
+        params: Params,
+        target: int,
+        locked: NDArray[np.bool_] | None = None,
+        recorded: bool = False,
+    ) -> None:
+        super().__init__(upload.device, upload.setup)
+        self.mesh, self.params, self.target = upload.mesh, params, target
+        self.hold("input", upload.positions, upload.triangles)
+        self._program = upload.program
+        self._vertices, self._triangles = upload.mesh.vertex_count, upload.mesh.triangle_count
+        rows = upload.mesh.vertex_count if recorded else 1
+        self.sequence = self.allocate("sequence", (rows, 4), np.uint32)
+        self.moves = self.allocate("moves", (rows, 4), np.float32)
+        self._recorded = recorded
+        self._setup(upload, locked)
+        self._sweeps(upload)
+        self._emit(upload)
+        surface = DeviceSurface(
+            positions=self.vertices_out, normals=None, triangles=self.survivors,
+            vertex_count=self._vertices, triangle_count=self._triangles, counts=self.counts,
+        )  # fmt: skip
+        self.output = (surface,)
+
+    def _launch(self, kernel: str, count: int, /, **arguments: Any) -> Launch:
+        stage = kernel.split("_")[0]
+        return self._program.launch(
+            f"edge_collapse_{kernel}", count, stage=stage, local=chunk_local(self.device), **arguments
+        )  # fmt: skip
+
+    def _chunked(self, kernel: str, count: int, /, **arguments: Any) -> Launch:
+        """A launch of one item per chunk of `count` rows."""
+        chunks = chunk_count(self.device, count)
+        return self._launch(kernel, chunks, chunk_count=chunks, **arguments)
+
+    def _setup(self, upload: Upload, locked: NDArray[np.bool_] | None) -> None:
+        """The working copies, made anew in every frame."""
+        n, m, block = self._vertices, self._triangles, self.params.block
+        blocks = max(-(-m // block), 1)
+        extent = float((upload.high - upload.low).max())
+        exponent = -math.frexp(extent)[1] if extent > 0 else 0
+        self._prescale = math.ldexp(1.0, max(-126, min(126, exponent)))
+        self.points = self.allocate("points", (n, 4), np.float32)
+        self.loss = self.allocate("loss", n, np.uint32)
+        self.parents = self.allocate("parents", n, np.uint32)
+        self.rows = self.allocate("rows", (m, 4), np.uint32)
+        self.block_live = self.allocate("block_live", blocks, np.uint32)
+        self.state = self.allocate("state", STATE, np.uint32)
+        first = np.zeros(STATE, np.uint32)
+        first[[BLOCKS_BEFORE, EACH_BEFORE]] = -(-m // block), block
+        begin = self.upload("begin", first, role="scratch")
+        locks = np.zeros(1, np.uint32) if locked is None else locked.astype(np.uint32)
+        device, state = self.device, self.state
+        self.add(lambda timeline: device.copy(timeline, "setup", begin, state), stage="setup")
+        self.add(
+            self._chunked(
+                "setup_points", n, positions=upload.positions, 
+                locked=self.upload("locked", locks), locks=int(locked is not None),
+                points=self.points, loss=self.loss, parents=self.parents,
+                prescale=self._prescale, vertex_count=n,
+            ),
+            bytes=(POINT + 6 * WORD) * n,
+        )  # fmt: skip
+        self.add(
+            self._chunked(
+                "setup_rows", m, triangles=upload.triangles, rows=self.rows, loss=self.loss,
+                block_live=self.block_live, block=block, triangle_count=m,
+            ),
+            bytes=(POINT + 4 * WORD) * m,
+        )  # fmt: skip
+        self._fold = self._chunked(
+            "vertex_fold", n, points=self.points, loss=self.loss, state=self.state,
+            block_live=self.block_live, target=self.target, vertex_count=n,
+        )  # fmt: skip
+        self.add(self._fold, bytes=2 * WORD * n)
+
+    def _sweeps(self, upload: Upload) -> None:
+        """As many as may be needed; those after the target is met do nothing."""
+        params, m, block = self.params, self._triangles, self.params.block
+        blocks = max(-(-m // block), 1)
+        extent = float((upload.high - upload.low).max()) * self._prescale
+        low, bits = upload.low * self._prescale, bits_of(m, block)
+        chunks = chunk_count(self.device, m)
+        orders = [self.upload("order", hilbert(b), role="scratch") for b in range(bits + 1)]
+        keys = self.allocate("keys", m, np.uint32)
+        offsets = self.allocate("offsets", (chunks, 8**bits), np.uint32)
+        sorted_ = self.allocate("sorted", (m, 4), np.uint32)
+        histograms = self.allocate("histograms", (blocks, BINS), np.uint32)
+        totals = self.allocate("totals", BINS, np.uint32)
+        quotas = self.allocate("quotas", blocks, np.uint32)
+        items = self._items(blocks)
+        scratch = self.allocate("scratch", (items, slice_words()), np.uint32)
+        shared = {"rows": self.rows, "block_live": self.block_live, "state": self.state}
+        sort = {**shared, "keys": keys, "offsets": offsets}
+        within = {
+            "points": self.points, "sorted": sorted_, "state": self.state, "scratch": scratch,
+            "border_weight": params.border_weight, "keep_border": int(params.preserve_border),
+            "crease": params.crease_cosine, "takers": items,
+        }  # fmt: skip
+        cosine = math.cos(math.radians(params.normal_limit))
+        collapse = self._launch(
+            "geometry_collapse", items, quotas=quotas, loss=self.loss, parents=self.parents,
+            rows=self.rows, block_live=self.block_live, turn_limit=cosine * cosine,
+            sequence=self.sequence, moves=self.moves, recorded=int(self._recorded), **within,
+        )  # fmt: skip
+        sample = self._launch("geometry_sample", items, histograms=histograms, **within)
+        # what stays of each share depends on the mesh: the least that a sweep must read and write is left out
+        for sweep in sweeps(params, m, self.target):
+            cells = sweep.along / extent if extent > 0 else 0.0
+            self.add(
+                self._chunked(
+                    "sort_keys", m, points=self.points, order=orders[sweep.bits], bits=sweep.bits,
+                    low=(*low, cells), shift=(*sweep.shift, 0), **sort,
+                )
+            )  # fmt: skip
+            self.add(
+                self._launch(
+                    "sort_scan", 1, offsets=offsets, state=self.state, bits=sweep.bits,
+                    block=sweep.block, whole=sweep.whole,
+                    asked=blocks if sweep.last else ASKED, chunk_count=chunks,
+                )
+            )  # fmt: skip
+            self.add(self._chunked("sort_scatter", m, sorted=sorted_, bits=sweep.bits, **sort))
+            self.add(sample)
+            self.add(
+                self._launch(
+                    "plan_quotas", 1, histograms=histograms, quotas=quotas, totals=totals,
+                    state=self.state, target=self.target, goal=sweep.goal, gain=sweep.gain,
+                    least=sweep.least,
+                )
+            )  # fmt: skip
+            self.add(collapse)
+            self.add(self._fold)
+
+    def _items(self, blocks: int) -> int:
+        """Work-items that collapse blocks."""
+        units = self.device.facts.compute_units
+        return min(blocks, 4 * units)
+
+    def _emit(self, upload: Upload) -> None:
+        n, m = self._vertices, self._triangles
+        self.numbers = self.allocate("numbers", n, np.uint32)
+        self.vertices_out = self.allocate("vertices", (n, 3), np.float32, "output")
+        self.survivors = self.allocate("survivors", (m, 3), np.uint32, "output")
+        self._sources = self.allocate("sources", m, np.uint32, "output")
+        self.counts = self.allocate("counts", 2, np.uint32, "output")
+        sums = self.allocate("chunk_sums", chunk_count(self.device, n), np.uint32)
+        given = {"points": self.points, "chunk_sums": sums, "vertex_count": n}
+        self.add(self._chunked("emit_count", n, **given), bytes=4 * WORD * n)
+        self.add(
+            self._chunked(
+                "emit_vertices", n, numbers=self.numbers, vertices=self.vertices_out,
+                counts=self.counts, unscale=self.unscale, **given,
+            ),
+            bytes=5 * WORD * n,
+        )  # fmt: skip
+        self.add(
+            self._chunked(
+                "emit_triangles", m, rows=self.rows, block_live=self.block_live,
+                numbers=self.numbers, state=self.state, survivors=self.survivors,
+                sources=self._sources, counts=self.counts,
+            ),
+            bytes=lambda own: 2 * POINT * own.live()[1],
+        )  # fmt: skip
+
+    def vertex_map(self) -> NDArray[np.uint32]:
+        """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where no triangle has it."""
+        result = self.device.allocate("vertex_map", self._vertices, np.uint32)
+        self._chunked(
+            "emit_map", self._vertices, parents=self.parents, numbers=self.numbers,
+            vertex_map=result, vertex_count=self._vertices,
+        )(Timeline())  # fmt: skip
+        return self.device.read(result)
+
+    def sources(self) -> NDArray[np.uint32]:
+        """The input triangle of each output triangle of the last frame, corner by corner."""
+        return self.device.read(self._sources, self.live()[1])
+
+    @property
+    def unscale(self) -> float:
+        """Model units per unit of `points` and `moves`, a power of two."""
+        return 1 / self._prescale
+
+    def more_counters(self) -> Mapping[str, int | float]:
+        """Sizes in, sweeps and collapses done, and how near the target is."""
+        state = self.device.read(self.state)
+        return {
+            "vertices_in": self._vertices, "triangles_in": self._triangles,
+            "sweeps": int(state[SWEEPS]), "collapses": int(state[COLLAPSES]),
+            **missed(self.target, self.live()[1]),
+        }  # fmt: skip
+
+    def check(self) -> Check:
+        """See `verdict`."""
+        return verdict(self)  # pyright: ignore[reportArgumentType]
+
+
+def prepare(
+    device: Device,
+    mesh: TriangleMesh,
+    params: Params,
+    locked: NDArray[np.bool_] | None = None,
+    recorded: bool = False,
+) -> EdgeCollapse | Unchanged:
+    """The mesh uploaded and a frame ready to run; the mesh itself where all of its triangles may stay.
+
+    Args:
+        device: where it runs.
+        mesh: what is simplified.
+        params: how far, and how.
+        locked: (n,), vertices that stay where they are.
+        recorded: note the collapses, for `replay.py`.
+
+    Raises:
+        Unsupported: no room on the device.
+    """
+    upload = Upload(device, mesh)
+    target = params.left(mesh.triangle_count)
+    if target >= mesh.triangle_count:
+        counters = {
+            "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
+            **missed(target, mesh.triangle_count),
+        }  # fmt: skip
+        return Unchanged(
+            device, mesh, upload.positions, upload.triangles, upload.setup, counters
+        )  # fmt: skip
+    with upload.setup.host("build"):
+        upload.program = device.build(*FILES, defines={"BLOCK": CAPACITY})
+    return EdgeCollapse(upload, params, target, locked, recorded)

@@ -1,0 +1,398 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.triangles import icosphere
+from lodbench.harness.measure.quality import measure, topology
+from lodbench.kernels.api import simplify as simplify_arrays
+from lodbench.kernels.cluster.edge_collapse import (
+    Params,
+    collapses,
+    reference,
+    replay,
+    simplify,
+)
+from lodbench.kernels.cluster.edge_collapse.curve import hilbert
+from lodbench.kernels.cluster.edge_collapse.host import prepare
+from lodbench.kernels.opencl.device import Device
+from lodbench.kernels.system import run
+from tests.kernels.cluster.meshes import (
+    cube,
+    flat_lattice,
+    nine_point_plane,
+    single_triangle,
+    sphere,
+    tetrahedron,
+    wavy_sheet,
+)
+
+EMPTY = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int))
+SMALL = {"block": 64}
+
+
+def torus(rows=24, columns=48):
+    """A closed torus of 2 * rows * columns triangles."""
+    i, j = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
+    a, b = 2 * np.pi * i / rows, 2 * np.pi * j / columns
+    r = 2 + 0.7 * np.cos(a)
+    points = np.stack([r * np.cos(b), r * np.sin(b), 0.7 * np.sin(a)], -1).reshape(-1, 3)
+    at = [
+        ((i + di) % rows * columns + (j + dj) % columns).ravel() for di in (0, 1) for dj in (0, 1)
+    ]
+    faces = [np.stack([at[0], at[1], at[2]], 1), np.stack([at[1], at[3], at[2]], 1)]
+    return TriangleMesh(points, np.concatenate(faces)[:, ::-1])
+
+
+def noisy(mesh, seed, amount=0.03):
+    noise = np.random.default_rng(seed).normal(size=mesh.positions.shape) * amount
+    return TriangleMesh(mesh.positions + noise * mesh.diagonal / 10, mesh.triangles)
+
+
+def outcome(device, mesh, **options):
+    prepared = prepare(device, mesh, Params(**options))
+    run(device, prepared)
+    (result,) = prepared.result()
+    return result.positions.tobytes(), result.triangles.tobytes(), prepared.vertex_map().tobytes()
+
+
+def assert_manifold(mesh):
+    """Every edge has one or two triangles, and those around a vertex are one fan, open or closed."""
+    at = {}
+    for t, row in enumerate(mesh.triangles.tolist()):
+        assert len(set(row)) == 3
+        for v in row:
+            at.setdefault(v, []).append(t)
+    found = topology(mesh)
+    assert found["nonmanifold_edges"] == found["duplicate_triangles"] == 0
+    assert found["flipped_edges"] == 0
+    rows = mesh.triangles.tolist()
+    for v, around in at.items():
+        following = {}
+        for t in around:
+            k = rows[t].index(v)
+            following[rows[t][(k + 1) % 3]] = rows[t][(k + 2) % 3]
+        starts = set(following) - set(following.values())
+        assert len(following) == len(around)
+        assert len(starts) <= 1
+        step, steps = next(iter(starts or following)), 0
+        while step in following and steps < len(around):
+            step, steps = following[step], steps + 1
+        assert steps == len(around), "more than one fan"
+
+
+@pytest.mark.parametrize("bits", [1, 2, 4])
+def test_curve_visits_every_cell_and_only_neighbours_follow(bits):
+    place, n = hilbert(bits), 1 << bits
+    cells = np.argsort(place)
+    assert np.array_equal(np.sort(place), np.arange(n**3))
+    at = np.stack([cells // n**2, cells // n % n, cells % n], 1)
+    assert (np.abs(np.diff(at, axis=0)).sum(1) == 1).all()
+
+
+@pytest.mark.parametrize("reduction", [0.3, 0.9, 0.97])
+@pytest.mark.parametrize("make", [lambda: sphere(30, 40), torus, lambda: noisy(torus(), 1)])
+def test_closed_manifold_stays_closed_manifold_of_its_genus_and_meets_its_target(
+    device, make, reduction
+):
+    mesh = make()
+    result = simplify(device, mesh, target_reduction=reduction, **SMALL)
+    assert_manifold(result.mesh)
+    found = topology(result.mesh)
+    assert found["open_edges"] == 0
+    assert found["euler"] == topology(mesh)["euler"]
+    target = result.counters["target"]
+    assert result.mesh.triangle_count == target - target % 2
+    assert result.counters["target_gap"] == target % 2
+
+
+@pytest.mark.parametrize("target", [500, 501, 77])
+@pytest.mark.parametrize("weight", [0.0, 1.0])
+def test_open_mesh_stays_manifold_with_its_one_border(device, target, weight):
+    mesh = wavy_sheet()
+    result = simplify(device, mesh, target_count=target, border_weight=weight, **SMALL).mesh
+    assert_manifold(result)
+    assert topology(result)["euler"] == 1
+    assert target - 1 <= result.triangle_count <= target
+
+
+def test_border_weight_holds_the_border_and_preserving_it_keeps_it_to_the_bit(device):
+    mesh = wavy_sheet()
+    rim = (np.abs(mesh.positions[:, :2] - 0.5) == 0.5).any(axis=1)
+
+    def retreat(result):
+        low, high = result.box
+        return np.abs(np.concatenate([low[:2], 1 - high[:2]])).max()
+
+    free = simplify(device, mesh, target_count=300, border_weight=0.0, **SMALL).mesh
+    held = simplify(device, mesh, target_count=300, **SMALL).mesh
+    assert retreat(held) < 0.01
+    assert retreat(free) > 2 * retreat(held)
+    kept = simplify(device, mesh, target_count=700, preserve_border=True, **SMALL)
+    at = kept.vertex_map[rim]
+    assert np.array_equal(kept.mesh.positions[at], mesh.positions[rim])
+    assert len(np.unique(at)) == rim.sum()
+
+
+def apart(mesh, other):
+    """The farthest that a point of either is from the nearest of the other."""
+    between = np.linalg.norm(mesh.positions[:, None] - other.positions[None], axis=2)
+    return max(between.min(0).max(), between.min(1).max())
+
+
+def tent(n=24):
+    """A sheet of two slopes that meet at a faint ridge along x = 0.5, with noise on it."""
+    mesh = flat_lattice(n)
+    p = mesh.positions.astype(float) / n
+    p[:, 2] = -0.15 * np.abs(p[:, 0] - 0.5)
+    p[:, 2] += np.random.default_rng(3).normal(size=len(p)) * 0.002
+    return TriangleMesh(p, mesh.triangles)
+
+
+def test_crease_angle_holds_edges_like_borders(device):
+    mesh = noisy(tent(8), 5, 0.05)
+    for gone in (2, 6):
+        target = mesh.triangle_count - gone
+        params = {"crease_angle": 12.0, "border_weight": 10.0}
+        expected = reference.simplify(mesh, target, Params(**params))
+        result = simplify(device, mesh, target_count=target, sweeps=1, gain=2.0, **params).mesh
+        assert apart(result, expected) < 1e-3
+
+
+def test_crease_angle_keeps_a_faint_ridge_straight(device):
+    mesh = tent()
+
+    def off(**options):
+        result = simplify(device, mesh, target_count=120, border_weight=10.0, **options)
+        ridge = result.vertex_map[np.flatnonzero(mesh.positions[:, 0] == 0.5)]
+        return np.abs(result.mesh.positions[ridge, 0] - 0.5).mean()
+
+    assert off(crease_angle=10.0) < 0.7 * off()
+
+
+def test_locked_vertices_stay(device):
+    mesh = sphere(30, 40)
+    lock = mesh.positions[:, 2] > 0.5
+    result = simplify(device, mesh, target_count=1400, lock=lock, **SMALL)
+    at = result.vertex_map[lock]
+    assert np.array_equal(result.mesh.positions[at], mesh.positions[lock])
+    assert result.mesh.triangle_count == 1400
+    with pytest.raises(ValueError, match=r"^lock: expected booleans \(1162,\), got "):
+        simplify(device, mesh, target_count=9, lock=lock[1:])
+
+
+def test_map_leads_from_every_vertex_to_one_near_it(device):
+    mesh = noisy(sphere(40, 60), 3, 0.01)
+    result = simplify(device, mesh, target_reduction=0.9, block=200)
+    assert result.vertex_map.shape == (mesh.vertex_count,)
+    far = np.linalg.norm(result.mesh.positions[result.vertex_map] - mesh.positions, axis=1)
+    assert far.max() < 0.5
+    assert len(np.unique(result.vertex_map)) == result.mesh.vertex_count
+
+
+def test_no_triangle_turns_over(device):
+    mesh = torus(40, 60)
+    result = simplify(device, mesh, target_reduction=0.9, **SMALL)
+    assert measure(mesh, result.mesh, samples=1000)["flipped_triangles"] == 0
+
+
+@pytest.mark.parametrize("make", [lambda: noisy(icosphere(2), 7), lambda: noisy(wavy_sheet(10), 8)])
+def test_one_block_collapses_what_the_reference_does(device, make):
+    # the first few: later, costs that differ by rounding alone may change places
+    mesh = make()
+    for gone in (2, 10, 20):
+        target = mesh.triangle_count - gone
+        expected = reference.simplify(mesh, target, Params())
+        result = simplify(device, mesh, target_count=target, sweeps=1, gain=2.0).mesh
+        assert result.triangle_count == expected.triangle_count
+        assert apart(result, expected) < 1e-4 * mesh.diagonal
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10_000), target=st.integers(4, 120), block=st.sampled_from([16, 40]))
+def test_any_small_closed_mesh_stays_manifold(device, seed, target, block):
+    mesh = noisy(icosphere(2), seed, 0.3)
+    result = simplify(device, mesh, target_count=target, block=block).mesh
+    assert_manifold(result)
+    assert topology(result)["open_edges"] == 0
+    assert topology(result)["euler"] == 2
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 10_000))
+def test_any_soup_passes_through(device, seed):
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(1, 30))
+    mesh = TriangleMesh(rng.normal(size=(12, 3)), rng.integers(0, 12, (count, 3)))
+    result = simplify(device, mesh, target_reduction=0.7, block=16)
+    assert np.isfinite(result.mesh.positions).all()
+    rows = result.mesh.triangles
+    assert rows.size == 0 or rows.max() < result.mesh.vertex_count
+
+
+def test_link_condition_agrees_with_brute_force(device):
+    # whichever edge the reference lets go leaves a closed manifold, whichever it does not would not
+    mesh = noisy(icosphere(1), 2)
+    surface = reference.Surface(mesh, Params())
+    for u, v in surface.edges():
+        rows = mesh.triangles.copy()
+        rows[rows == u] = v
+        left = rows[
+            (rows[:, 0] != rows[:, 1]) & (rows[:, 1] != rows[:, 2]) & (rows[:, 2] != rows[:, 0])
+        ]
+        found = topology(TriangleMesh(mesh.positions, left))
+        good = not (
+            found["nonmanifold_edges"] or found["open_edges"] or found["duplicate_triangles"]
+        )
+        assert surface.keeps_surface(u, v) == (good and found["euler"] == 2)
+
+
+@pytest.mark.parametrize("reduction", [0.5, 0.9])
+def test_any_number_of_cores_and_any_group_gives_the_same_bytes(device, reduction):
+    mesh = noisy(sphere(60, 80), 4, 0.01)
+    options = {"target_reduction": reduction, "block": 300}
+    expected = outcome(device, mesh, **options)
+    for given_ in ({}, {"local_size": 1}, {"local_size": 48}, {"one_core": True}):
+        assert outcome(Device.open(**given_), mesh, **options) == expected, given_
+
+
+@pytest.mark.parametrize("scale", [1e-30, 1e-3, 1e30])
+def test_scale_changes_nothing_but_the_scale(device, scale):
+    mesh = sphere(20, 30)
+    scaled = TriangleMesh(mesh.positions.astype(np.float64) * scale, mesh.triangles)
+    result = simplify(device, scaled, target_reduction=0.8, **SMALL).mesh
+    assert np.isfinite(result.positions).all()
+    plain = simplify(device, mesh, target_reduction=0.8, **SMALL).mesh
+    assert result.triangle_count == plain.triangle_count
+    rms = measure(mesh, TriangleMesh(result.positions / np.float32(scale), result.triangles))
+    assert rms["rms_error"] < 0.02
+
+
+def nasty():
+    ball = sphere()
+    flips = ball.triangles.copy()
+    flips[::7] = flips[::7, ::-1]
+    twice = np.concatenate([ball.triangles, ball.triangles[::5]])
+    named = ball.triangles.copy()
+    named[::9, 1] = named[::9, 0]
+    return {
+        "empty": EMPTY,
+        "one": single_triangle(),
+        "tetrahedron": tetrahedron(),
+        "no area": TriangleMesh(np.ones((5, 3)), [[0, 1, 2], [2, 3, 4], [0, 3, 4]]),
+        "line": TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [4, 0, 0]], [[0, 1, 2], [1, 2, 3]]),
+        "flips": TriangleMesh(ball.positions, flips),
+        "twice": TriangleMesh(ball.positions, twice),
+        "named twice": TriangleMesh(ball.positions, named),
+        "fan": TriangleMesh(np.random.default_rng(1).normal(size=(9, 3)), [[0, 1, k] for k in range(2, 9)]),
+        "apart": cube(4),
+        "flat": flat_lattice(8),
+        "unused": TriangleMesh(np.concatenate([ball.positions, ball.positions]), ball.triangles),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", nasty())
+def test_nasty_meshes_pass_through(device, name):
+    mesh = nasty()[name]
+    for options in ({"target_reduction": 0.5}, {"target_count": 1, "block": 16}):
+        prepared = prepare(device, mesh, Params(**options))
+        run(device, prepared)
+        (result,) = prepared.result()
+        assert np.isfinite(result.positions).all()
+        assert result.triangle_count <= mesh.triangle_count
+        check = prepared.check()
+        assert check.passed, f"{check.what}: {check.value}"
+
+
+def test_single_triangle_and_tetrahedron_have_nothing_to_give(device):
+    for mesh, few in ((single_triangle(), 1), (tetrahedron(), 4)):
+        assert simplify(device, mesh, target_count=1).mesh.triangle_count == few
+    assert simplify(device, nine_point_plane(), target_count=2).mesh.triangle_count == 2
+
+
+def test_flat_parts_give_what_they_have_and_do_not_stall(device):
+    result = simplify(device, flat_lattice(40), target_count=2, **SMALL).mesh
+    assert result.triangle_count == 2
+    corners = [(x, y, 0.0) for x in (0.0, 40.0) for y in (0.0, 40.0)]
+    order = np.lexsort(np.round(result.positions[:, ::-1]).T)
+    assert result.positions[order] == pytest.approx(np.array(corners), abs=1e-3)
+
+
+def test_all_triangles_asked_for_is_the_mesh_itself(device):
+    mesh = sphere()
+    result = simplify(device, mesh, target_count=10_000)
+    assert np.array_equal(result.mesh.positions, mesh.positions)
+    assert np.array_equal(result.mesh.triangles, mesh.triangles)
+
+
+def test_more_exact_than_clustering(device):
+    mesh = noisy(sphere(60, 80), 6, 0.002)
+    points, faces = simplify_arrays(
+        mesh, target_reduction=0.9, method="edge_collapse", device=device
+    )
+    other = simplify_arrays(mesh, target_count=len(faces), device=device)
+    errors = [
+        measure(mesh, TriangleMesh(*m), samples=20_000)["rms_error"]
+        for m in ((points, faces), other)
+    ]
+    assert errors[0] < 0.7 * errors[1]
+
+
+def test_seams_stay_closed_and_both_sides_keep_their_own(device):
+    # a cylinder whose texture's two edges meet in a column of vertices that is there twice
+    around, up = 48, 20
+    u, v = np.meshgrid(np.linspace(0, 1, around + 1), np.linspace(0, 1, up + 1), indexing="ij")
+    points = np.stack([np.cos(2 * np.pi * u), np.sin(2 * np.pi * u), 3 * v], -1).reshape(-1, 3)
+    points[-(up + 1) :] = points[: up + 1]
+    sheet = np.arange(around * (up + 1)).reshape(around, up + 1)[:, :-1].ravel()
+    faces = np.concatenate([
+        np.stack([sheet, sheet + up + 1, sheet + up + 2], 1),
+        np.stack([sheet, sheet + up + 2, sheet + 1], 1),
+    ])  # fmt: skip
+    mesh = TriangleMesh(points, faces, uvs=np.stack([u, v], -1).reshape(-1, 2))
+    result = simplify(device, mesh, target_reduction=0.8, **SMALL)
+    assert result.counters["split_vertices"] > 0
+    out = result.mesh
+    _, place = np.unique(out.positions, axis=0, return_inverse=True)
+    closed = TriangleMesh(
+        np.unique(out.positions, axis=0), place.reshape(-1)[out.triangles].astype(np.uint32)
+    )
+    t = closed.triangles
+    edges, uses = np.unique(
+        np.sort(np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]]), axis=1),
+        axis=0, return_counts=True,
+    )  # fmt: skip
+    height = closed.positions[edges[uses == 1]][..., 2]
+    assert (np.abs(height - 1.5) > 1.4).all(), "open edges are those of the two rims alone"
+    spread = out.uvs[out.triangles][..., 0]
+    assert (spread.max(1) - spread.min(1)).max() < 0.5, "no triangle spans the seam"
+    bare = simplify(device, mesh, target_reduction=0.8, attributes=False, **SMALL).mesh
+    assert bare.uvs is None
+
+
+@pytest.mark.parametrize("make", [torus, wavy_sheet])
+def test_replay_ends_where_simplifying_does_and_every_level_is_manifold(device, make):
+    mesh = make()
+    made = collapses(device, mesh, target_count=200, **SMALL)
+    direct = simplify(device, mesh, target_count=200, **SMALL).mesh
+    last = replay(made, 200)
+    assert np.array_equal(last.positions, direct.positions)
+    rows = [np.unique(m.triangles, axis=0) for m in (last, direct)]
+    assert np.array_equal(*rows)
+    for count in (1, 300, 555, 1500):
+        level = replay(made, count)
+        assert_manifold(level)
+        assert topology(level)["euler"] == topology(mesh)["euler"]
+        assert level.triangle_count == (last.triangle_count if count == 1 else level.triangle_count)
+        assert count == 1 or count - 1 <= level.triangle_count <= count
+    everything = replay(made, 10_000)
+    assert np.array_equal(everything.triangles, mesh.triangles)
+    with pytest.raises(ValueError, match=r"^count: expected at least 1, got 0"):
+        replay(made, 0)
+
+
+def test_nothing_to_collapse_is_replayed_as_it_is(device):
+    made = collapses(device, single_triangle(), target_count=5)
+    assert np.array_equal(replay(made, 1).triangles, [[0, 1, 2]])
+    assert replay(collapses(device, EMPTY, target_count=1), 1).triangle_count == 0
