@@ -5,6 +5,7 @@
 // Reads     nothing
 // Writes    nothing
 // Needs     cluster/edge_collapse/edges.cl cluster/edge_collapse/queue.cl
+// Defines   BLOCK (cluster/edge_collapse/block.cl)
 
 // would a triangle at u turn by more than the limit, with u at p? Those with v go; those without area may do as they like
 INLINE bool collapse_turns(const Block *b, const uint u, const uint v, const float3 p, const float limit)

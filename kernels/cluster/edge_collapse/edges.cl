@@ -5,6 +5,7 @@
 // Reads     nothing
 // Writes    nothing
 // Needs     common/transpose.cl cluster/edge_collapse/block.cl
+// Defines   BLOCK (cluster/edge_collapse/block.cl)
 
 // columns of eight records of four, record v[i] beginning at four numbers times `stride` times that
 INLINE fours8 block_columns(__global const float4 *records, const uint stride, const uint *v)

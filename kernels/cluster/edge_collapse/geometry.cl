@@ -16,6 +16,7 @@
 //                                                 had paid, block, its collapses before; by these, a valid order of all
 //           moves       float4[vertex_count]      where the vertex that it went to lies then, triangles that went
 // Needs     cluster/edge_collapse/collapse.cl
+// Defines   BLOCK (cluster/edge_collapse/block.cl)
 // Plain     cluster/edge_collapse/reference.py
 
 INLINE void geometry_count(const Block *b, Edges *edges, __global uint *histogram)

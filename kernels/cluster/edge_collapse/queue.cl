@@ -5,6 +5,7 @@
 // Reads     nothing
 // Writes    nothing
 // Needs     cluster/edge_collapse/block.cl
+// Defines   BLOCK (cluster/edge_collapse/block.cl)
 
 // the item to its place at or below i; behind the last stands what is more than any, so that every child has a sibling
 INLINE void queue_sink(Block *b, uint i, const ulong item)
