@@ -77,8 +77,9 @@ def _cheap(
     cost = price * len(used)
     if rule == "total":
         cost += float(np.where(cells.boxes, cells.energies, got**2)[used].sum())
-    # float32 sums decide between what costs nearly the same, and not every box is solved
-    room = 5e-3 * abs(least) + 3e-7 * float((cells.areas * cells.edges**2)[used].sum()) + 1e-30
+    # float32 sums decide between what costs nearly the same; boxes that are left unsolved may have been cheaper, by 1 %
+    # of the whole where few vertices are left
+    room = 2e-2 * abs(least) + 3e-7 * float((cells.areas * cells.edges**2)[used].sum()) + 1e-30
     if rule == "rms":
         room += 0.01 * len(used)
     return Check(cost <= least + room, "cost over the least", cost, least + room)
