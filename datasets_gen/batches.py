@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen import contents, ply, read
-from lodbench.datasets_gen.arrays import Origin, middle
+from lodbench.datasets_gen.arrays import Origin, box, middle
 
 AVERAGED = ("normals", "colours")
 SUFFIXES = (".ply", ".stl")
@@ -197,7 +197,7 @@ class MeshFile:
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for start, stop in pieces(self.vertex_count, VERTICES):
             given = self._given(start, stop)
-            lower, upper = _bounds(given)
+            lower, upper = box(given)
             if not (np.isfinite(lower).all() and np.isfinite(upper).all()):  # NaN is handed on
                 row = int(np.argmin(np.isfinite(given).all(axis=1)))
                 raise ValueError(
@@ -359,17 +359,6 @@ def _check_same(path: Path, state: _State) -> None:
 def _points(data: object, kind: np.dtype, count: int, at: int, step: int) -> NDArray[np.floating]:
     """Three numbers of a kind in each row of `step` bytes, (count, 3)."""
     return np.ndarray((count, 3), kind, data, at, (step, kind.itemsize))  # type: ignore[arg-type]
-
-
-def _bounds(points: NDArray[np.floating]) -> tuple[NDArray, NDArray]:
-    """Least and largest of each column of (n, 3), n at least 1, many rows at once: numpy is slow with short ones."""
-    wide = len(points) // 64 * 64
-    parts = [points[wide:]]
-    if wide:
-        rows = np.ascontiguousarray(points[:wide]).reshape(-1, 192)
-        parts += [rows.min(0).reshape(64, 3), rows.max(0).reshape(64, 3)]
-    few = np.concatenate(parts)
-    return few.min(0), few.max(0)
 
 
 def unit(vectors: NDArray[np.floating]) -> NDArray[np.float32]:
