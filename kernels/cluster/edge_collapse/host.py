@@ -162,10 +162,13 @@ class EdgeCollapse(DeviceSubject):
             "crease": params.crease_cosine, "takers": items,
         }  # fmt: skip
         cosine = math.cos(math.radians(params.normal_limit))
-        collapse = self._launch(
-            "geometry_collapse", items, quotas=quotas, loss=self.loss, parents=self.parents,
-            rows=self.rows, block_live=self.block_live, turn_limit=cosine * cosine,
-            sequence=self.sequence, moves=self.moves, recorded=int(self._recorded), **within,
+        patient, stubborn = (
+            self._launch(
+                "geometry_collapse", items, quotas=quotas, loss=self.loss, parents=self.parents,
+                rows=self.rows, block_live=self.block_live, turn_limit=limit,
+                sequence=self.sequence, moves=self.moves, recorded=int(self._recorded), **within,
+            )
+            for limit in (cosine * cosine, 0.0)
         )  # fmt: skip
         sample = self._launch("geometry_sample", items, histograms=histograms, **within)
         # what stays of each share depends on the mesh: the least that a sweep must read and write is left out
@@ -193,7 +196,7 @@ class EdgeCollapse(DeviceSubject):
                     least=sweep.least,
                 )
             )  # fmt: skip
-            self.add(collapse)
+            self.add(stubborn if sweep.stubborn else patient)
             self.add(self._fold)
 
     def _items(self, blocks: int) -> int:
