@@ -15,6 +15,7 @@
 //           sequence    uint4[vertex_count]       of each vertex that went, where recorded: sweep, the most that the block
 //                                                 had paid, block, its collapses before; by these, a valid order of all
 //           moves       float4[vertex_count]      where the vertex that it went to lies then, triangles that went
+//           limits      float[vertex_count]       where limited: of the root of what a collapse costs there in the mean
 // Needs     cluster/edge_collapse/collapse.cl
 // Defines   BLOCK (cluster/edge_collapse/block.cl)
 // Plain     cluster/edge_collapse/reference.py
@@ -56,7 +57,7 @@ __kernel void edge_collapse_geometry_sample(
         const uint index = atomic_inc(state + SAMPLED) * stride;
         if (index >= blocks) return;
         const uint first = index * each;
-        block_load(&b, sorted + first, min(first + each, live) - first, points, border_weight, keep_border, crease);
+        block_load(&b, sorted + first, min(first + each, live) - first, points, 0, border_weight, keep_border, crease);
         __global uint *histogram = histograms + (size_t)index * BINS;
         for (uint i = 0; i < BINS; ++i) histogram[i] = 0;
         Edges edges;
@@ -76,6 +77,8 @@ __kernel void edge_collapse_geometry_collapse(
     __global uint *restrict scratch,
     __global uint4 *restrict sequence,
     __global float4 *restrict moves,
+    __global float *restrict limits,
+    const uint limited,
     const uint recorded,
     const float border_weight,
     const float turn_limit, // square of the cosine
@@ -94,7 +97,8 @@ __kernel void edge_collapse_geometry_collapse(
         const uint index = atomic_inc(state + TAKEN);
         if (index >= blocks) return;
         const uint first = index * each;
-        block_load(&b, sorted + first, min(first + each, live) - first, points, border_weight, keep_border, crease);
+        block_load(&b, sorted + first, min(first + each, live) - first, points, limited ? limits : 0, border_weight,
+            keep_border, crease);
         Edges edges;
         for (uint corner = 0; block_edges(&b, &corner, &edges);) geometry_append(&b, &edges, threshold);
         queue_order(&b);
@@ -111,6 +115,7 @@ __kernel void edge_collapse_geometry_collapse(
             block_quadric(&b, v, &other);
             quadric_merge(&one, &other, &merged);
             collapse_level(&b, u, v, &merged);
+            if (limited && collapse_strays(&b, u, v, &merged)) continue;
             const float3 place = (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
             if (collapse_turns(&b, u, v, place, turn_limit) || collapse_turns(&b, v, u, place, turn_limit)) continue;
             collapse_join(&b, u, v, &merged);
@@ -128,9 +133,10 @@ __kernel void edge_collapse_geometry_collapse(
         // back to the mesh: what belongs to the block alone as it is, of what it shares the triangles that went
         for (uint v = 0; v < b.vertices; ++v) {
             const uint id = b.ids[v];
-            if (b.kind[v] & WHOLE)
+            if (b.kind[v] & WHOLE) {
                 points[id] = (float4)(b.places[v].xyz, b.degree[v]);
-            else if (b.degree[v] != b.given[v])
+                if (limited) limits[id] = b.places[v].w;
+            } else if (b.degree[v] != b.given[v])
                 atomic_add(loss + id, (uint)(b.given[v] - b.degree[v]));
         }
         uint kept = first;

@@ -1,4 +1,7 @@
-"""Edge collapse on the device: the mesh as it shrinks, sweep by sweep."""
+"""Edge collapse on the device: the mesh as it shrinks, sweep by sweep.
+
+Long because all arguments of the kernels are set here.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.edge_collapse.bound import Limit, within_bound
 from lodbench.kernels.cluster.edge_collapse.curve import hilbert
 from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.edge_collapse.sweeps import (
@@ -51,6 +55,7 @@ class EdgeCollapse(DeviceSubject):
     survivors   uint  [3 * triangles]   output triangles
     sources     uint  [triangles]       their rows in the input
     sequence    uint  [4 * vertices]    where recorded: by what the vertices that went are ordered
+    limits      float [vertices]        where there is a bound: what collapses may cost
     moves       float [4 * vertices]    where recorded: to where their others moved, triangles that went
     counts      uint  [2]               live output vertices and triangles
     ```
@@ -67,9 +72,11 @@ class EdgeCollapse(DeviceSubject):
         target: int,
         locked: NDArray[np.bool_] | None = None,
         recorded: bool = False,
+        limit: Limit | None = None,
     ) -> None:
         super().__init__(upload.device, upload.setup)
         self.mesh, self.params, self.target = upload.mesh, params, target
+        self._limit = limit
         self.hold("input", upload.positions, upload.triangles)
         self._program = upload.program
         self._vertices, self._triangles = upload.mesh.vertex_count, upload.mesh.triangle_count
@@ -107,6 +114,7 @@ class EdgeCollapse(DeviceSubject):
         self.points = self.allocate("points", (n, 4), np.float32)
         self.loss = self.allocate("loss", n, np.uint32)
         self.parents = self.allocate("parents", n, np.uint32)
+        self._limits(n)
         self.rows = self.allocate("rows", (m, 4), np.uint32)
         self.block_live = self.allocate("block_live", blocks, np.uint32)
         self.state = self.allocate("state", STATE, np.uint32)
@@ -138,6 +146,16 @@ class EdgeCollapse(DeviceSubject):
         )  # fmt: skip
         self.add(self._fold, bytes=2 * WORD * n)
 
+    def _limits(self, n: int) -> None:
+        """What collapses may cost at each vertex, in units of `points`, if that is limited."""
+        self.limits = self.allocate("limits", 1 if self._limit is None else n, np.float32)
+        if self._limit is None:
+            return
+        unit = self.mesh.diagonal * self._prescale
+        given = self.upload("given_limits", (self._limit.distances * unit).astype(np.float32))
+        device, limits = self.device, self.limits
+        self.add(lambda timeline: device.copy(timeline, "setup", given, limits), stage="setup")
+
     def _sweeps(self, upload: Upload) -> None:
         """As many as may be needed; those after the target is met do nothing."""
         params, m, block = self.params, self._triangles, self.params.block
@@ -165,14 +183,15 @@ class EdgeCollapse(DeviceSubject):
         patient, stubborn = (
             self._launch(
                 "geometry_collapse", items, quotas=quotas, loss=self.loss, parents=self.parents,
-                rows=self.rows, block_live=self.block_live, turn_limit=limit,
-                sequence=self.sequence, moves=self.moves, recorded=int(self._recorded), **within,
+                rows=self.rows, block_live=self.block_live, turn_limit=turn, limits=self.limits,
+                limited=int(self._limit is not None), sequence=self.sequence, moves=self.moves,
+                recorded=int(self._recorded), **within,
             )
-            for limit in (cosine * cosine, 0.0)
+            for turn in (cosine * cosine, 0.0)
         )  # fmt: skip
         sample = self._launch("geometry_sample", items, histograms=histograms, **within)
         # what stays of each share depends on the mesh: the least that a sweep must read and write is left out
-        for sweep in sweeps(params, m, self.target):
+        for sweep in sweeps(params, m, self.target, self._limit):
             cells = sweep.along / extent if extent > 0 else 0.0
             self.add(
                 self._chunked(
@@ -254,7 +273,8 @@ class EdgeCollapse(DeviceSubject):
         return {
             "vertices_in": self._vertices, "triangles_in": self._triangles,
             "sweeps": int(state[SWEEPS]), "collapses": int(state[COLLAPSES]),
-            **missed(self.target, self.live()[1]),
+            **(missed(self.target, self.live()[1]) if self.params.targeted else {}),
+            **({} if self._limit is None else {"tries": self._limit.tries}),
         }  # fmt: skip
 
     def check(self) -> Check:
@@ -278,19 +298,33 @@ def prepare(
         locked: (n,), vertices that stay where they are.
         recorded: note the collapses, for `replay.py`.
 
+    With `max_error` what is ready is the last of several tries (`bound.py`), whose frames were run and compared here.
+
     Raises:
         Unsupported: no room on the device.
     """
     upload = Upload(device, mesh)
     target = params.left(mesh.triangle_count)
-    if target >= mesh.triangle_count:
+
+    def unchanged() -> Unchanged:
         counters = {
             "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
-            **missed(target, mesh.triangle_count),
+            **(missed(target, mesh.triangle_count) if params.targeted else {}),
         }  # fmt: skip
         return Unchanged(
             device, mesh, upload.positions, upload.triangles, upload.setup, counters
         )  # fmt: skip
+
+    if target >= mesh.triangle_count:
+        return unchanged()
     with upload.setup.host("build"):
         upload.program = device.build(*FILES, defines={"BLOCK": CAPACITY})
-    return EdgeCollapse(upload, params, target, locked, recorded)
+    if params.max_error is None:
+        return EdgeCollapse(upload, params, target, locked, recorded)
+
+    def make(limit: Limit | None) -> EdgeCollapse:
+        return EdgeCollapse(upload, params, target, locked, recorded, limit)
+
+    with upload.setup.host("search"):
+        found = within_bound(device, mesh, params, make)  # pyright: ignore[reportArgumentType]
+    return unchanged() if found is None else found  # pyright: ignore[reportReturnType]

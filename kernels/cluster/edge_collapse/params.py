@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from lodbench.kernels.parameters import Range
 from lodbench.kernels.targets import Target
@@ -14,9 +14,12 @@ DEFAULT_REDUCTION = 0.9
 
 @dataclass(frozen=True)
 class Params(Target):
-    """How far to simplify; targets are those of `Target`, at most one of them; a tenth is left where none is given.
+    """How far to simplify: to a target of `Target`, at most one of them, within `max_error`, or as far as that goes; a
+    tenth is left where none is given.
 
     Attributes:
+        max_error: share of the bounding-box diagonal that no point of either surface may be away from the other; it may
+            stand beside a target, and what is met first counts.
         block: most triangles of a block; what fits a core's cache is fastest.
         sweeps: in which the target is to be met; as many more follow where it is not.
         gain: a sweep's share of triangles to go times this is the share of edges that it may collapse.
@@ -27,6 +30,7 @@ class Params(Target):
             holds none. The planes of the triangles hold creases by themselves, so this helps where they are faint.
     """
 
+    max_error: Annotated[float, Range(0)] | None = None
     block: Annotated[int, Range(16, 4096)] = 1500
     sweeps: Annotated[int, Range(1, 64)] = 3
     gain: Annotated[float, Range(0, 2, open="low")] = 0.8
@@ -35,14 +39,24 @@ class Params(Target):
     preserve_border: bool = False
     crease_angle: Annotated[float, Range(0, 180, open="high")] | None = None
 
+    BESIDE: ClassVar[tuple[str, ...]] = ("max_error",)
+
     @property
     def crease_cosine(self) -> float:
         """Of the crease angle; -1 for none."""
         return -1.0 if self.crease_angle is None else math.cos(math.radians(self.crease_angle))
 
+    @property
+    def targeted(self) -> bool:
+        """Is a number of triangles to be met? With an error alone there is none."""
+        counted = self.target_count is not None or self.target_reduction is not None
+        return counted or self.max_error is None
+
     def left(self, triangle_count: int) -> int:
         """Triangles that may be left of so many."""
         asked = self.triangles(triangle_count)
+        if not self.targeted:
+            return min(1, triangle_count)
         if asked is None:
             asked = Target(target_reduction=DEFAULT_REDUCTION).triangles(triangle_count)
         assert asked is not None

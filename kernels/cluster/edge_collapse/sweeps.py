@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from lodbench.kernels.cluster.edge_collapse.bound import Limit
 from lodbench.kernels.cluster.edge_collapse.params import Params
 
 ASKED = 16  # blocks whose costs are enough to tell what edges may cost
@@ -58,9 +59,15 @@ class Sweep:
         return tuple(math.modf(self.number * step)[0] * most for step in SHIFTS)
 
 
-def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
-    """In equal steps to the target, and more for what may be left; those after the target is met do nothing."""
-    share, before = target / max(triangle_count, 1), triangle_count
+def sweeps(
+    params: Params, triangle_count: int, target: int, limit: Limit | None = None
+) -> Iterator[Sweep]:
+    """In equal steps to the target, and more for what may be left; those after the target is met do nothing.
+
+    With a limit the steps go to what it is thought to leave, and triangles turn no further in the end.
+    """
+    aim = target if limit is None else max(limit.guess, target)
+    share, before = aim / max(triangle_count, 1), triangle_count
     for number in range(1, params.sweeps + 15):
         extra = number - params.sweeps
         goal = round(triangle_count * share ** min(number / params.sweeps, 1))
@@ -70,7 +77,8 @@ def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
         whole = max(block, WHOLE) if extra >= 0 else block
         bits = bits_of(before, params.block)
         yield Sweep(
-            number, max(goal, target), bits, gain, extra > 0, block, whole, least, extra > STUBBORN
+            number, max(goal, target), bits, gain, extra > 0, block, whole, least,
+            extra > STUBBORN and limit is None,
         )  # fmt: skip
         before = max(goal, target)
 

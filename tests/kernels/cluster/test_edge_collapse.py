@@ -423,3 +423,45 @@ def test_nothing_to_collapse_is_replayed_as_it_is(device):
     made = collapses(device, single_triangle(), target_count=5)
     assert np.array_equal(replay(made, 1).triangles, [[0, 1, 2]])
     assert replay(collapses(device, EMPTY, target_count=1), 1).triangle_count == 0
+
+
+@pytest.mark.parametrize("bound", [0.02, 0.005, 0.0015])
+@pytest.mark.parametrize("make", [lambda: noisy(torus(), 1, 0.002), wavy_sheet, lambda: cube(8)])
+def test_max_error_is_kept_to_both_ways(device, make, bound):
+    mesh = make()
+    result = simplify(device, mesh, max_error=bound)
+    assert measure(mesh, result.mesh)["max_error"] <= bound
+    assert result.mesh.triangle_count < 0.8 * mesh.triangle_count
+    assert "target" not in result.counters
+
+
+def test_a_bound_and_a_target_stop_at_what_is_met_first(device):
+    mesh = noisy(torus(), 1, 0.002)
+    by_bound = simplify(device, mesh, max_error=0.005).mesh.triangle_count
+    early = simplify(device, mesh, max_error=0.005, target_count=2 * by_bound)
+    assert early.counters["target_gap"] in (0, 1)
+    late = simplify(device, mesh, max_error=0.005, target_count=by_bound // 2)
+    assert late.counters["target_gap"] < 0
+    assert measure(mesh, late.mesh)["max_error"] <= 0.005
+    points, faces = simplify_arrays(
+        mesh, target_count=2 * by_bound, max_error=0.005, method="edge_collapse", device=device
+    )
+    assert np.array_equal(faces, early.mesh.triangles)
+    assert np.array_equal(points, early.mesh.positions)
+    with pytest.raises(ValueError, match=r"expected one of them, got target_count and max_error"):
+        simplify_arrays(mesh, target_count=9, max_error=0.01, method="octree", device=device)
+
+
+def test_no_error_allowed_is_the_mesh_itself(device):
+    mesh = noisy(torus(), 1)
+    result = simplify(device, mesh, max_error=0.0)
+    assert np.array_equal(result.mesh.triangles, mesh.triangles)
+
+
+@pytest.mark.parametrize("name", nasty())
+def test_nasty_meshes_are_bounded(device, name):
+    mesh = nasty()[name]
+    result = simplify(device, mesh, max_error=0.01).mesh
+    assert np.isfinite(result.positions).all()
+    if mesh.diagonal:
+        assert measure(mesh, result, samples=2000)["max_error"] <= 0.01
