@@ -16,6 +16,7 @@
 //                                                 had paid, block, its collapses before; by these, a valid order of all
 //           moves       float4[vertex_count]      where the vertex that it went to lies then, triangles that went
 //           limits      float[vertex_count]       where limited: of the root of what a collapse costs there in the mean
+//           held        float8[vertex_count]      where attributes count: quadrics besides those of planes; A, summed up
 // Needs     cluster/edge_collapse/collapse.cl
 // Defines   BLOCK (cluster/edge_collapse/block.cl)
 // Plain     cluster/edge_collapse/reference.py
@@ -42,6 +43,8 @@ __kernel void edge_collapse_geometry_sample(
     __global uint *restrict histograms,
     __global uint *restrict state,
     __global uint *restrict scratch,
+    __global const float8 *restrict held,
+    const uint holding,
     const float border_weight,
     const uint keep_border,
     const float crease, // cosine; -1: none
@@ -57,7 +60,8 @@ __kernel void edge_collapse_geometry_sample(
         const uint index = atomic_inc(state + SAMPLED) * stride;
         if (index >= blocks) return;
         const uint first = index * each;
-        block_load(&b, sorted + first, min(first + each, live) - first, points, 0, border_weight, keep_border, crease);
+        block_load(&b, sorted + first, min(first + each, live) - first, points, 0, holding ? held : 0,
+            border_weight, keep_border, crease);
         __global uint *histogram = histograms + (size_t)index * BINS;
         for (uint i = 0; i < BINS; ++i) histogram[i] = 0;
         Edges edges;
@@ -78,6 +82,8 @@ __kernel void edge_collapse_geometry_collapse(
     __global uint4 *restrict sequence,
     __global float4 *restrict moves,
     __global float *restrict limits,
+    __global float8 *restrict held,
+    const uint holding,
     const uint limited,
     const uint recorded,
     const float border_weight,
@@ -97,8 +103,8 @@ __kernel void edge_collapse_geometry_collapse(
         const uint index = atomic_inc(state + TAKEN);
         if (index >= blocks) return;
         const uint first = index * each;
-        block_load(&b, sorted + first, min(first + each, live) - first, points, limited ? limits : 0, border_weight,
-            keep_border, crease);
+        block_load(&b, sorted + first, min(first + each, live) - first, points, limited ? limits : 0,
+            holding ? held : 0, border_weight, keep_border, crease);
         Edges edges;
         for (uint corner = 0; block_edges(&b, &corner, &edges);) geometry_append(&b, &edges, threshold);
         queue_order(&b);
@@ -120,6 +126,7 @@ __kernel void edge_collapse_geometry_collapse(
             if (collapse_turns(&b, u, v, place, turn_limit) || collapse_turns(&b, v, u, place, turn_limit)) continue;
             collapse_join(&b, u, v, &merged);
             parents[b.ids[u]] = b.ids[v];
+            if (holding) held[b.ids[v]] += held[b.ids[u]];
             left -= gone;
             paid = max(paid, cost);
             if (recorded) {

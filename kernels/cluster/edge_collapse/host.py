@@ -16,6 +16,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.edge_collapse.bound import Limit, within_bound
 from lodbench.kernels.cluster.edge_collapse.curve import hilbert
 from lodbench.kernels.cluster.edge_collapse.params import Params
+from lodbench.kernels.cluster.edge_collapse.penalties import penalties, weighted
 from lodbench.kernels.cluster.edge_collapse.sweeps import (
     ASKED,
     CAPACITY,
@@ -73,10 +74,11 @@ class EdgeCollapse(DeviceSubject):
         locked: NDArray[np.bool_] | None = None,
         recorded: bool = False,
         limit: Limit | None = None,
+        held: NDArray[np.float64] | None = None,
     ) -> None:
         super().__init__(upload.device, upload.setup)
         self.mesh, self.params, self.target = upload.mesh, params, target
-        self._limit = limit
+        self._limit, self._held = limit, held
         self.hold("input", upload.positions, upload.triangles)
         self._program = upload.program
         self._vertices, self._triangles = upload.mesh.vertex_count, upload.mesh.triangle_count
@@ -115,6 +117,7 @@ class EdgeCollapse(DeviceSubject):
         self.loss = self.allocate("loss", n, np.uint32)
         self.parents = self.allocate("parents", n, np.uint32)
         self._limits(n)
+        self._penalties(n)
         self.rows = self.allocate("rows", (m, 4), np.uint32)
         self.block_live = self.allocate("block_live", blocks, np.uint32)
         self.state = self.allocate("state", STATE, np.uint32)
@@ -156,6 +159,16 @@ class EdgeCollapse(DeviceSubject):
         device, limits = self.device, self.limits
         self.add(lambda timeline: device.copy(timeline, "setup", given, limits), stage="setup")
 
+    def _penalties(self, n: int) -> None:
+        """What attributes add to the quadrics, in units of `points`, if they do."""
+        self.held = self.allocate("held", (1 if self._held is None else n, 8), np.float32)
+        if self._held is None:
+            return
+        planes = np.zeros((n, 8), np.float32)
+        planes[:, :6] = self._held * self._prescale**2
+        given, device, held = self.upload("given_planes", planes), self.device, self.held
+        self.add(lambda timeline: device.copy(timeline, "setup", given, held), stage="setup")
+
     def _sweeps(self, upload: Upload) -> None:
         """As many as may be needed; those after the target is met do nothing."""
         params, m, block = self.params, self._triangles, self.params.block
@@ -177,7 +190,8 @@ class EdgeCollapse(DeviceSubject):
         within = {
             "points": self.points, "sorted": sorted_, "state": self.state, "scratch": scratch,
             "border_weight": params.border_weight, "keep_border": int(params.preserve_border),
-            "crease": params.crease_cosine, "takers": items,
+            "crease": params.crease_cosine, "takers": items, "held": self.held,
+            "holding": int(self._held is not None),
         }  # fmt: skip
         cosine = math.cos(math.radians(params.normal_limit))
         patient, stubborn = (
@@ -288,6 +302,8 @@ def prepare(
     params: Params,
     locked: NDArray[np.bool_] | None = None,
     recorded: bool = False,
+    place: NDArray[np.intp] | None = None,
+    of: TriangleMesh | None = None,
 ) -> EdgeCollapse | Unchanged:
     """The mesh uploaded and a frame ready to run; the mesh itself where all of its triangles may stay.
 
@@ -297,6 +313,8 @@ def prepare(
         params: how far, and how.
         locked: (n,), vertices that stay where they are.
         recorded: note the collapses, for `replay.py`.
+        place: with `of`, see `penalties`; None: the mesh has its attributes itself.
+        of: the mesh with the attributes.
 
     With `max_error` what is ready is the last of several tries (`bound.py`), whose frames were run and compared here.
 
@@ -319,11 +337,17 @@ def prepare(
         return unchanged()
     with upload.setup.host("build"):
         upload.program = device.build(*FILES, defines={"BLOCK": CAPACITY})
-    if params.max_error is None:
-        return EdgeCollapse(upload, params, target, locked, recorded)
+    held = None
+    if weighted(params):
+        with upload.setup.host("penalties"):
+            places = np.arange(mesh.vertex_count) if place is None else place
+            held = penalties(mesh if of is None else of, places, params)
 
-    def make(limit: Limit | None) -> EdgeCollapse:
-        return EdgeCollapse(upload, params, target, locked, recorded, limit)
+    def make(limit: Limit | None = None) -> EdgeCollapse:
+        return EdgeCollapse(upload, params, target, locked, recorded, limit, held)
+
+    if params.max_error is None:
+        return make()
 
     with upload.setup.host("search"):
         found = within_bound(device, mesh, params, make)  # pyright: ignore[reportArgumentType]

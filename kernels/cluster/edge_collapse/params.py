@@ -28,6 +28,10 @@ class Params(Target):
         preserve_border: leave border vertices where they are.
         crease_angle: degrees between the normals of two triangles from which on their edge is held like a border; None
             holds none. The planes of the triangles hold creases by themselves, so this helps where they are faint.
+        normal_weight: the share of the diagonal that a change of 1 counts as, where normals do not change evenly
+            (`penalties.py`); 0 lets them count for nothing, 0.01 is a little, 0.1 much.
+        uv_weight: the same of texture coordinates.
+        colour_weight: the same of colours.
     """
 
     max_error: Annotated[float, Range(0)] | None = None
@@ -38,6 +42,9 @@ class Params(Target):
     border_weight: Annotated[float, Range(0, 1e6)] = 1.0
     preserve_border: bool = False
     crease_angle: Annotated[float, Range(0, 180, open="high")] | None = None
+    normal_weight: Annotated[float, Range(0, 1e3)] = 0.0
+    uv_weight: Annotated[float, Range(0, 1e3)] = 0.0
+    colour_weight: Annotated[float, Range(0, 1e3)] = 0.0
 
     BESIDE: ClassVar[tuple[str, ...]] = ("max_error",)
 

@@ -465,3 +465,82 @@ def test_nasty_meshes_are_bounded(device, name):
     assert np.isfinite(result.positions).all()
     if mesh.diagonal:
         assert measure(mesh, result, samples=2000)["max_error"] <= 0.01
+
+
+def squares(at, across=4):
+    """The colour of a board at x and y."""
+    return (np.floor(at[:, 0] * across) + np.floor(at[:, 1] * across)) % 2
+
+
+def board(n=48):
+    """A bent sheet over the unit square, coloured in squares, with texture coordinates that lie as evenly."""
+    lattice = flat_lattice(n)
+    p = lattice.positions.astype(np.float64) / n
+    p[:, 2] = 0.02 * np.sin(6 * p[:, 0]) * np.cos(5 * p[:, 1])
+    colours = np.repeat(squares(p * 0.999)[:, None], 3, axis=1)
+    return TriangleMesh(p, lattice.triangles, colours=colours, uvs=p[:, :2])
+
+
+def seen(mesh, name, points):
+    """What a mesh has of colours or uvs where points look down on it."""
+    corners = mesh.positions[mesh.triangles].astype(np.float64)[:, :, :2]
+    a, b, c = corners.transpose(1, 0, 2)
+    found = np.full((len(points), getattr(mesh, name).shape[1]), np.nan)
+    for at, row, (p, q, r) in zip(corners, mesh.triangles, zip(a, b, c, strict=True), strict=True):
+        near = np.flatnonzero(((points >= at.min(0)) & (points <= at.max(0))).all(1))
+        sides = np.stack([q - p, r - p], 1)
+        if abs(np.linalg.det(sides)) < 1e-12:
+            continue
+        share = np.linalg.solve(sides, (points[near] - p).T).T
+        weights = np.column_stack([1 - share.sum(1), share])
+        inside = (weights > -1e-6).all(1)
+        found[near[inside]] = weights[inside] @ getattr(mesh, name)[row]
+    return found
+
+
+def test_edges_of_colour_survive_where_colours_count(device):
+    mesh = board()
+    points = np.random.default_rng(2).random((3000, 2)) * 0.9 + 0.05
+
+    def off(**options):
+        result = simplify(device, mesh, target_count=400, **options).mesh
+        return np.nanmean(np.abs(seen(result, "colours", points)[:, 0] - squares(points * 0.999)))
+
+    assert off(colour_weight=0.01) < 0.6 * off()
+
+
+def test_even_texture_coordinates_cost_nothing(device):
+    mesh = board()
+    with_weight = simplify(device, mesh, target_count=400, uv_weight=0.01)
+    without = simplify(device, mesh, target_count=400)
+    errors = [measure(mesh, r.mesh, samples=10_000)["rms_error"] for r in (with_weight, without)]
+    assert errors[0] < 1.2 * errors[1]
+
+
+def test_a_seam_of_texture_coordinates_is_held_where_they_count(device):
+    # two sheets of texture that meet in a line on a bumpy sheet, not along what the bumps would keep
+    mesh = board()
+    side = mesh.positions[:, 0] > 0.4999
+    left = mesh.positions[mesh.triangles].mean(1)[:, 0] < 0.5
+    other = np.full(mesh.vertex_count, -1)
+    shared = np.flatnonzero(mesh.positions[:, 0] == 0.5)
+    other[shared] = mesh.vertex_count + np.arange(len(shared))
+    faces = mesh.triangles.astype(int)
+    faces[left] = np.where(other[faces[left]] >= 0, other[faces[left]], faces[left])
+    uvs = mesh.uvs + np.where(side, 3.0, 0.0)[:, None]
+    parted = TriangleMesh(
+        np.concatenate([mesh.positions, mesh.positions[shared]]), faces,
+        uvs=np.concatenate([uvs, uvs[shared] - 3.0]),
+    )  # fmt: skip
+
+    def off(**options):
+        result = simplify(device, parted, target_count=300, **options)
+        assert result.counters["split_vertices"] > 0
+        return np.abs(result.mesh.positions[result.vertex_map[shared], 0] - 0.5).mean()
+
+    assert off(uv_weight=0.01) < 0.2 * off()
+
+
+def test_a_weight_of_what_is_not_there_is_refused(device):
+    with pytest.raises(ValueError, match=r"^colour_weight: expected a mesh with colours, got one"):
+        simplify(device, sphere(), target_count=9, colour_weight=1.0)
