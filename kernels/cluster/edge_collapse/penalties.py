@@ -1,7 +1,7 @@
 """What it costs at each vertex to be moved away from where normals, texture coordinates or colours bend or break.
 
-Along a linear field nothing is lost by moving: it is interpolated. So each triangle at a vertex has a plane there that is
-upright on how its gradient differs from the mean around the vertex: a field that bends, as at the edge of a spot of
+Along a linear field nothing is lost by moving: it is interpolated. So each triangle at a vertex has a plane there that
+is upright on how its gradient differs from the mean around the vertex: a field that bends, as at the edge of a spot of
 colour, holds its vertices across the bend and not along it. Seams, where two triangles name different values at one
 place, are held by planes upright on their edges, as borders are. These quadrics are added up as vertices join, from
 sweep to sweep.

@@ -133,6 +133,8 @@ def test_border_weight_holds_the_border_and_preserving_it_keeps_it_to_the_bit(de
     at = kept.vertex_map[rim]
     assert np.array_equal(kept.mesh.positions[at], mesh.positions[rim])
     assert len(np.unique(at)) == rim.sum()
+    assert measure(mesh, kept.mesh, samples=10)["border_error"] < 1e-9
+    assert measure(mesh, held, samples=10)["border_error"] < 0.01
 
 
 def apart(mesh, other):
