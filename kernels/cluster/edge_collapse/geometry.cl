@@ -3,7 +3,7 @@
 // Source    Garland & Heckbert 1997, greedy by cost; the blocks and their shared threshold are ours
 // Work      1-D; items take the next block until none is left, so which takes which does not matter
 // Reads     sorted      uint4[triangle_count]     a b c, row of the input; each block has `EACH` rows
-//           quotas      uint[blocks]              pairs of triangles that a block may take away
+//           quotas      uint[blocks]              triangles that a block may take away, even but for a single one
 // Writes    histograms  uint[BINS * blocks]       edges of the blocks that are asked, by cost
 //           points      float4[vertex_count]      of vertices that moved
 //           loss        uint[vertex_count]        triangles that the block took from vertices that it shares
@@ -108,14 +108,14 @@ __kernel void edge_collapse_geometry_collapse(
         Edges edges;
         for (uint corner = 0; block_edges(&b, &corner, &edges);) geometry_append(&b, &edges, threshold);
         queue_order(&b);
-        uint left = 2 * quotas[index], collapses = 0, paid = 0;
+        uint left = quotas[index], collapses = 0, paid = 0;
         while (b.queued && left) {
             const uint cost = b.queue[0] >> 32;
             const uint2 edge = queue_pop(&b);
             const uint u = edge.x & 0xFFFF, v = edge.x >> 16;
             if (!b.version[u] || !b.version[v] || (uint)b.version[u] + b.version[v] != edge.y) continue;
             const uint gone = collapse_gone(&b, u, v);
-            if (!gone || gone > left) continue;
+            if (!gone || gone > left + (blocks == 1)) continue;
             Quadrics one, other, merged;
             block_quadric(&b, u, &one);
             block_quadric(&b, v, &other);
@@ -127,7 +127,7 @@ __kernel void edge_collapse_geometry_collapse(
             collapse_join(&b, u, v, &merged);
             parents[b.ids[u]] = b.ids[v];
             if (holding) held[b.ids[v]] += held[b.ids[u]];
-            left -= gone;
+            left -= min(gone, left);
             paid = max(paid, cost);
             if (recorded) {
                 sequence[b.ids[u]] = (uint4)(state[SWEEPS], paid, index, collapses);

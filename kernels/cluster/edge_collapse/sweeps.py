@@ -16,6 +16,7 @@ MOST_BITS = 6  # of cells along an axis
 LAST_GAIN = 0.7  # of what the first sweeps take
 WHOLE = 1024  # triangles that are one block in the last sweeps, however small blocks are
 PATIENCE = 4  # last sweeps after which blocks grow
+MORE = 14  # last sweeps at most
 STUBBORN = 8  # last sweeps after which a target that is still missed counts more than how far triangles turn
 CAPACITY = 4096  # triangles that a work-item has room for
 
@@ -68,7 +69,7 @@ def sweeps(
     """
     aim = target if limit is None else max(limit.guess, target)
     share, before = aim / max(triangle_count, 1), triangle_count
-    for number in range(1, params.sweeps + 15):
+    for number in range(1, params.sweeps + MORE + 1):
         extra = number - params.sweeps
         goal = round(triangle_count * share ** min(number / params.sweeps, 1))
         least = least_share(extra) if extra > 0 else 0.0
