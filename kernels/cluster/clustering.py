@@ -182,7 +182,7 @@ class Clustering(DeviceSubject):
         if len(self.kept):
             self.add(
                 self.launch(
-                    "cluster_borders_return", len(self.kept), stage,
+                    "cluster_borders_keep_return", len(self.kept), stage,
                     positions=self._upload.positions, new_ranks=self.new_ranks,
                     vertices=self.vertices_out, **self._kept,
                 )
