@@ -8,16 +8,17 @@ that what was on a block's rim lies within one in the next. In the last sweeps e
 its cheap edges, so that the target is met. No two blocks change the same vertex: any number of cores gives the same.
 
 Quadrics are made anew from the mesh as it is in every sweep and added up within one. They are kept about their own
-vertices, where b and c begin as zero, so that float32 is enough. An edge goes only where the surface stays what it was
-(the link condition, with the border as one more vertex) and no triangle turns by more than a limit. Planes upright on
-border edges hold the border.
+vertices, where b and c begin as zero, so that float32 is enough; half of the volume is made up for that a collapse would
+take away. An edge goes only where the surface stays what it was (the link condition, with the border as one more vertex;
+where it is no surface, edges of many triangles go too) and no triangle turns by more than a limit. Planes upright on
+border edges hold the border. A closed part of the mesh ends as four triangles at the least: none is lost.
 
 `collapses` gives the collapses in a valid order, and `replay` any level of detail out of these.
 
 Source: Garland & Heckbert, Surface Simplification Using Quadric Error Metrics, SIGGRAPH 97 (section 6 for border
-planes); quadrics of the current mesh after Lindstrom & Turk, Fast and Memory Efficient Polygonal Simplification, 1998;
+planes); quadrics of the current mesh and volume after Lindstrom & Turk, Fast and Memory Efficient Polygonal Simplification, 1998;
 link condition of Dey, Edelsbrunner, Guha & Nekhayev 1999. Blocks, the shared threshold, shifts and quotas are of our
-own design; their constants were chosen on bunny_closed_70k, armadillo_86k, rocker_arm and a sphere.
+own design; their constants were chosen on bunny_closed_70k, armadillo_86k, rocker_arm, mountain_od and a sphere.
 """
 
 from __future__ import annotations

@@ -195,7 +195,7 @@ class EdgeCollapse(DeviceSubject):
             self._add(scatter, bits=bits)
             self.add(sample)
             self._add(plan, goal=sweep.goal, gain=sweep.gain, least=sweep.least)
-            self.add(collapse)
+            self._add(collapse, turn_limit=0.0 if sweep.stubborn else cosine * cosine)
             self.add(self._fold)
 
     def _add(self, launch: Launch, **values: Any) -> None:
