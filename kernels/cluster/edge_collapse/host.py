@@ -288,6 +288,10 @@ def prepare(
         return Unchanged(
             device, mesh, upload.positions, upload.triangles, upload.setup, counters
         )  # fmt: skip
+    if params.form_on(device.is_cpu) == "rounds":
+        from lodbench.kernels.cluster.edge_collapse import rounds  # derives from what is here
+
+        return rounds.prepare(upload, params, target, locked, recorded)
     with upload.setup.host("build"):
         upload.program = device.build(*FILES, defines={"BLOCK": CAPACITY})
     return EdgeCollapse(upload, params, target, locked, recorded)

@@ -1,0 +1,243 @@
+// Edge collapse in rounds, geometry stage: edges that are the least in the rings of both ends win, and go if they may.
+//
+// Source    selection: ours; Dey, Edelsbrunner, Guha & Nekhayev 1999, Topology preserving edge contraction (link condition)
+// Work      edges, apply: 1-D, one item per chunk of vertices; cut: one item. No two winners have a triangle that touches
+//           both, so that each is alone in what it reads of rings and changes there
+// Reads     starts        uint[vertices + 1]
+//           ring          uint2[corners]
+//           planes        float8[vertices]
+//           kinds         uchar[vertices]
+//           rims          uint[vertices]
+//           best          uint2[vertices]
+//           ids           uint[vertices]            the vertex of the mesh
+// Writes    costs         float[corners]            INFINITY where the edge may not go, until its rings change
+//           rim_costs     float[vertices]
+//           winners       uint4[vertices]           of each chunk at the front of its room: both ends, triangles, cost
+//           spots         float4[vertices]          where the vertex then lies
+//           winner_count  uint[chunk_count]
+//           cuts          uint[BINS]                triangles that go by cost; zeros but between edges and cut
+//           places        float4[vertices]
+//           degrees       uint[vertices]
+//           absorbed      uint[vertices]
+//           touched       uchar[vertices]           1: its ring changed
+//           points        float4[vertex_count]      as the blocks leave them
+//           parents       uint[vertex_count]
+//           sequence      uint4[vertex_count]
+//           moves         float4[vertex_count]
+//           state         uint[16]
+// Needs     cluster/edge_collapse/rounds_state.cl
+// Plain     cluster/edge_collapse/rounds_reference.py
+
+// is no edge at the vertex or its neighbours less than the one from u to v?
+INLINE bool select_least(__global const uint2 *restrict ring, __global const uint2 *restrict best, const uint2 range,
+    const uint cost, const uint u, const uint v)
+{
+    for (uint e = range.x; e < range.y; ++e) {
+        const uint w[2] = {ring[e].x, ring[e].y};
+        for (uint k = 0; k < 2; ++k) {
+            const uint2 other = best[w[k]];
+            if (other.y == NONE || other.x > cost) continue;
+            if (other.x < cost || ring_before(w[k], other.y, u, v)) return false;
+        }
+    }
+    return true;
+}
+
+INLINE uint2 select_range(__global const uint *restrict starts, const uint v) { return (uint2)(starts[v], starts[v + 1]); }
+
+INLINE bool select_has(__global const uint2 *restrict ring, const uint2 range, const uint w)
+{
+    for (uint e = range.x; e < range.y; ++e)
+        if (ring[e].x == w || ring[e].y == w) return true;
+    return false;
+}
+
+// triangles that go with the edge, 0 where it must stay: where the surface would no longer be what it was
+INLINE uint select_gone(__global const uint *restrict starts, __global const uint2 *restrict ring, const uint u,
+    const uint v, const uint rims)
+{
+    const uint2 one = select_range(starts, u), two = select_range(starts, v);
+    uint gone = 0, back = 0, common = 0, opposite = u;
+    for (uint e = one.x; e < one.y; ++e) {
+        const uint2 w = ring[e];
+        if (w.x != v && w.y != v) continue;
+        ++gone;
+        opposite = w.x == v ? w.y : w.x;
+    }
+    for (uint e = two.x; e < two.y; ++e) {
+        const uint2 w = ring[e];
+        back += w.x == u || w.y == u;
+        bool again = w.x == u, next = w.y == u; // each neighbour once, as the next one where it is that too
+        for (uint f = two.x; f < two.y; ++f) {
+            again |= f < e && ring[f].x == w.x;
+            next |= ring[f].x == w.y || (f < e && ring[f].y == w.y);
+        }
+        common += !again && select_has(ring, one, w.x);
+        common += !next && select_has(ring, one, w.y);
+    }
+    const bool along = rims == 2;
+    const uint expected = along ? 1 : 2, least = rims ? 1 : 3;
+    if (gone != expected || back != expected || common != expected) return 0;
+    if (along && starts[opposite + 1] - starts[opposite] < 2) return 0;
+    return one.y - one.x + two.y - two.x < 2 * gone + least ? 0 : gone;
+}
+
+// would a triangle at the vertex turn by more than the limit, with the vertex at p? Those with v go
+INLINE bool select_turns(__global const float4 *restrict places, __global const uint2 *restrict ring, const uint2 range,
+    const float3 before, const uint v, const float3 p, const float limit)
+{
+    for (uint e = range.x; e < range.y; ++e) {
+        const uint2 w = ring[e];
+        if (w.x == v || w.y == v) continue;
+        const float3 x = places[w.x].xyz, y = places[w.y].xyz;
+        const float3 n = cross(x - before, y - before), m = cross(x - p, y - p);
+        const float nn = dot(n, n), nm = dot(n, m);
+        if (nn > 0.0f && !(nm > 0.0f && nm * nm >= limit * nn * dot(m, m))) return true;
+    }
+    return false;
+}
+
+INLINE void select_ban(__global const uint2 *restrict ring, const uint2 range, __global const uint *restrict rims,
+    const uint u, const uint v, __global float *restrict costs, __global float *restrict rim_costs)
+{
+    for (uint e = range.x; e < range.y; ++e)
+        if (ring[e].x == v) costs[e] = INFINITY;
+    if (rims[u] == v) rim_costs[u] = INFINITY;
+}
+
+__kernel void edge_collapse_rounds_select_edges(
+    __global const float4 *restrict places,
+    __global const uint *restrict starts,
+    __global const uint2 *restrict ring,
+    __global const float8 *restrict planes,
+    __global const uchar *restrict kinds,
+    __global const uint *restrict rims,
+    __global const uint2 *restrict best,
+    __global float *restrict costs,
+    __global float *restrict rim_costs,
+    __global uint4 *restrict winners,
+    __global float4 *restrict spots,
+    __global uint *restrict winner_count,
+    __global uint *restrict cuts,
+    __global uint *restrict state,
+    const float turn_limit, // square of the cosine
+    const uint generation,
+    const uint chunk_count)
+{
+    const uint chunk = get_global_id(0);
+    if (chunk >= chunk_count || state[DONE]) return;
+
+    const uint2 rows = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
+    uint at = rows.x, tried = 0;
+    for (uint u = rows.x; u < rows.y; ++u) {
+        const uint cost = best[u].x, v = best[u].y;
+        if (v == NONE || u > v || best[v].y != u) continue;
+        const uint2 one = select_range(starts, u), two = select_range(starts, v);
+        if (!select_least(ring, best, one, cost, u, v) || !select_least(ring, best, two, cost, u, v)) continue;
+        ++tried;
+        const uint gone = select_gone(starts, ring, u, v, (kinds[u] & RIM) + (kinds[v] & RIM));
+        const uint left[8] = {u, u, u, u, u, u, u, u}, right[8] = {v, v, v, v, v, v, v, v};
+        Quadrics a, b, merged;
+        ring_quadrics(planes, places, left, &a);
+        ring_quadrics(planes, places, right, &b);
+        quadric_merge(&a, &b, &merged);
+        const float3 place = (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
+        if (!gone || select_turns(places, ring, one, places[u].xyz, v, place, turn_limit)
+            || select_turns(places, ring, two, places[v].xyz, u, place, turn_limit)) {
+            select_ban(ring, one, rims, u, v, costs, rim_costs);
+            select_ban(ring, two, rims, v, u, costs, rim_costs);
+            continue;
+        }
+        winners[at] = (uint4)(u, v, gone, cost);
+        spots[at++] = (float4)(place, places[v].w);
+        atomic_add(cuts + cost_bin(as_float(cost)), gone);
+    }
+    winner_count[chunk] = at - rows.x;
+    if (tried) atomic_or(state + TRIED, 1u);
+}
+
+// how many of the winners go: in the last round the cheapest alone, to a bin of the costs
+__kernel void edge_collapse_rounds_select_cut(
+    __global uint *restrict cuts,
+    __global uint *restrict state,
+    const uint target)
+{
+    if (get_global_id(0) > 0 || state[DONE]) return;
+
+    const uint live = state[LIVE], most = live > target ? live - target + 1 & ~1u : 0;
+    uint bin = 0, sum = 0;
+    for (; bin < BINS && sum + cuts[bin] <= most; ++bin) sum += cuts[bin];
+    for (uint i = 0; i < BINS; ++i) cuts[i] = 0;
+    state[CUT] = bin;
+    state[LEFT] = most - sum;
+}
+
+INLINE void select_touch(__global const uint2 *restrict ring, const uint2 range, const uint other,
+    __global uchar *restrict touched, __global uint *restrict degrees, const bool first)
+{
+    for (uint e = range.x; e < range.y; ++e) {
+        const uint2 w = ring[e];
+        touched[w.x] = touched[w.y] = 1; // by others too, all of them alike
+        if (first && (w.x == other || w.y == other)) atomic_dec(degrees + (w.x == other ? w.y : w.x));
+    }
+}
+
+__kernel void edge_collapse_rounds_select_apply(
+    __global const uint *restrict starts,
+    __global const uint2 *restrict ring,
+    __global const uint *restrict ids,
+    __global const uint4 *restrict winners,
+    __global const float4 *restrict spots,
+    __global const uint *restrict winner_count,
+    __global float4 *restrict places,
+    __global uint *restrict degrees,
+    __global uint *restrict absorbed,
+    __global uchar *restrict touched,
+    __global float4 *restrict points,
+    __global uint *restrict parents,
+    __global uint4 *restrict sequence,
+    __global float4 *restrict moves,
+    __global uint *restrict state,
+    const uint recorded,
+    const uint pass,
+    const uint generation,
+    const uint chunk_count)
+{
+    const uint chunk = get_global_id(0);
+    if (chunk >= chunk_count || state[DONE]) return;
+
+    const uint count = state[VERTICES + generation], cut = state[CUT], left = state[LEFT];
+    uint before = 0, gone = 0, collapses = 0; // triangles at the cut's bin, in the order of vertices
+    for (uint c = 0; cut < BINS && c < chunk; ++c) {
+        const uint first = chunk_rows(c, chunk_count, count).x;
+        for (uint i = first; i < first + winner_count[c]; ++i)
+            before += cost_bin(as_float(winners[i].w)) == cut ? winners[i].z : 0;
+    }
+    const uint first = chunk_rows(chunk, chunk_count, count).x;
+    for (uint i = first; i < first + winner_count[chunk]; ++i) {
+        const uint4 edge = winners[i];
+        const uint u = edge.x, v = edge.y, bin = cost_bin(as_float(edge.w));
+        before += bin == cut ? edge.z : 0;
+        if (bin > cut || (bin == cut && before > left)) continue;
+        const uint2 one = select_range(starts, u), two = select_range(starts, v);
+        const float4 spot = spots[i];
+        select_touch(ring, one, v, touched, degrees, true);
+        select_touch(ring, two, u, touched, degrees, false);
+        places[v] = spot;
+        degrees[v] = one.y - one.x + two.y - two.x - 2 * edge.z;
+        degrees[u] = 0;
+        absorbed[v] = u;
+        const uint from = ids[u], to = ids[v];
+        points[to].xyz = spot.xyz;
+        points[from].w = 0.0f;
+        parents[from] = to;
+        if (recorded) {
+            sequence[from] = (uint4)(state[SWEEPS], pass, edge.w, from);
+            moves[from] = (float4)(spot.xyz, edge.z);
+        }
+        gone += edge.z;
+        ++collapses;
+    }
+    atomic_sub(state + LIVE, gone);
+    atomic_add(state + COLLAPSES, collapses);
+}
