@@ -21,9 +21,9 @@ FILES = tuple(
         "setup", "vertex", "rounds_vertex", "rounds_geometry", "rounds_select", "rounds_compact", "emit",
     )
 )  # fmt: skip
-PASSES = 2  # selections from the costs of one round
-SHARE = 0.5  # of the edges that may go in a round
-RATE = 0.1  # of the triangles that go in a round, about
+PASSES = 3  # selections from the costs of one round
+SHARE = 0.15  # of the edges that may go in a round
+RATE = 0.1  # of the triangles that go in one, about
 MORE = 4  # rounds between two looks at whether the target is met
 MOST = 2000  # rounds, whatever comes
 DONE = 5  # word of the state
@@ -111,7 +111,7 @@ class Rounds(EdgeCollapse):
         launches = [
             self._round("vertex_quadrics", generation, **held),
             self._round("geometry_costs", generation),
-            self._round("geometry_plan", generation, share=SHARE),
+            self._round("geometry_plan", generation, least=SHARE),
         ]
         for number in range(PASSES):
             launches += [

@@ -195,6 +195,10 @@ __kernel void edge_collapse_rounds_compact_rings(
                 new_costs[at] = touched[v] | touched[old.x] ? STALE : costs[e];
                 new_ring[at++] = pair;
             }
+        for (; at < past; ++at) { // none is missing in a manifold
+            new_ring[at] = (uint2)(own);
+            new_costs[at] = STALE;
+        }
     }
 }
 

@@ -11,22 +11,22 @@
 //           touched     uchar[vertices]
 // Writes    costs       float[corners]            of the edge to the next vertex; STALE where it is none to collapse
 //           rim_costs   float[vertices]           of that from the rim
-//           histograms  uint[BINS * chunk_count]  edges of each chunk by cost
-//           totals      uint[BINS]                edges by cost; zeros but between costs and plan
+//           histograms  uint[BINS * chunk_count]  edges of each chunk by cost, by either end
+//           totals      uint[BINS]                of all chunks; zeros but between costs and plan
 //           best        uint2[vertices]           the least edge at a vertex: cost's bits, other end; NONE
 //           state       uint[16]
 // Needs     cluster/edge_collapse/rounds_state.cl cluster/edge_collapse/plan.cl
 // Plain     cluster/edge_collapse/rounds_reference.py
 
-// edges to be asked, `count` of eight, and where the first end keeps their costs; NONE: as its rim's
+// edges to be asked, `count` of eight: the lesser end first, so that both ends are told the same bits; where the costs go
 typedef struct {
     uint u[8], v[8], at[8];
     uint count;
 } Asked;
 
-// the costs to both ends of the edges, and counted
+#define OF_RIM 0x80000000u  // `at` is a vertex, whose edge from its rim it is
+
 INLINE void geometry_ask(Asked *asked, __global const float4 *restrict places, __global const float8 *restrict planes,
-    __global const uint *restrict starts, __global const uint2 *restrict ring, __global const uint *restrict rims,
     __global float *restrict costs, __global float *restrict rim_costs, __global uint *restrict histogram)
 {
     const uint count = asked->count;
@@ -37,16 +37,12 @@ INLINE void geometry_ask(Asked *asked, __global const float4 *restrict places, _
     float found[8];
     vstore8(quadric_merge(&u, &v, &sum), 0, found);
     for (uint i = 0; i < count; ++i) {
-        const uint own = asked->u[i], other = asked->v[i];
-        const float cost = found[i];
-        if (asked->at[i] == NONE)
-            rim_costs[own] = cost;
+        const uint at = asked->at[i];
+        if (at & OF_RIM)
+            rim_costs[at & ~OF_RIM] = found[i];
         else
-            costs[asked->at[i]] = cost;
-        if (rims[other] == own) rim_costs[other] = cost;
-        for (uint e = starts[other]; e < starts[other + 1]; ++e)
-            if (ring[e].x == own) costs[e] = cost;
-        ++histogram[cost_bin(cost)];
+            costs[at] = found[i];
+        ++histogram[cost_bin(found[i])];
     }
     asked->count = 0;
 }
@@ -74,25 +70,23 @@ __kernel void edge_collapse_rounds_geometry_costs(
     for (uint i = 0; i < BINS; ++i) histogram[i] = 0;
     Asked asked;
     asked.count = 0;
-    // each edge once, by the lesser end; one whose cost was kept, since nothing near it changed, is counted alone
+    // each edge by both ends; one whose cost was kept, since nothing near it changed, is counted alone
     for (uint v = rows.x; v < rows.y; ++v) {
         if (kinds[v] & FIXED) continue;
-        const uint begin = starts[v], past = starts[v + 1], rim = rims[v];
-        for (uint e = begin; e < past + (rim != NONE); ++e) {
-            const uint w = e < past ? ring[e].x : rim;
-            if (w < v || kinds[w] & FIXED) continue;
-            const float kept = e < past ? costs[e] : rim_costs[v];
-            if (kept >= 0.0f) {
-                histogram[cost_bin(kept)] += kept < INFINITY;
-                continue;
-            }
-            asked.u[asked.count] = v;
-            asked.v[asked.count] = w;
-            asked.at[asked.count++] = e < past ? e : NONE;
-            if (asked.count == 8) geometry_ask(&asked, places, planes, starts, ring, rims, costs, rim_costs, histogram);
+        const uint past = starts[v + 1], rim = rims[v];
+        for (uint e = starts[v]; e < past + (rim != NONE); ++e) {
+            const bool inside = e < past;
+            const uint w = inside ? ring[e].x : rim;
+            const float kept = inside ? costs[e] : rim_costs[v];
+            if (kept >= 0.0f && kept < INFINITY) ++histogram[cost_bin(kept)];
+            asked.u[asked.count] = min(v, w);
+            asked.v[asked.count] = max(v, w);
+            asked.at[asked.count] = inside ? e : v | OF_RIM;
+            asked.count += !(kept >= 0.0f) & !(kinds[w] & FIXED) & (w != v);
+            if (asked.count == 8) geometry_ask(&asked, places, planes, costs, rim_costs, histogram);
         }
     }
-    if (asked.count) geometry_ask(&asked, places, planes, starts, ring, rims, costs, rim_costs, histogram);
+    if (asked.count) geometry_ask(&asked, places, planes, costs, rim_costs, histogram);
     for (uint i = 0; i < BINS; ++i)
         if (histogram[i]) atomic_add(totals + i, histogram[i]);
 }
@@ -100,20 +94,22 @@ __kernel void edge_collapse_rounds_geometry_costs(
 __kernel void edge_collapse_rounds_geometry_plan(
     __global uint *restrict totals,
     __global uint *restrict state,
-    const float share) // of the edges that may go
+    const float least) // share of the edges that may go in a round
 {
     if (get_global_id(0) > 0 || state[DONE]) return;
 
     uint edges = 0;
     for (uint i = 0; i < BINS; ++i) edges += totals[i];
-    // where nothing was tried all edges below the threshold were banned; where that was all of them nothing ever will be
-    if (state[SWEEPS] && !state[TRIED]) state[DONE] = state[THRESHOLD] == as_uint(INFINITY) || !edges;
-    if (state[SWEEPS] && !state[TRIED]) ++state[IDLE];
-    const float loosened = share * (float)(1u << min(state[IDLE], 30u));
+    float share = least;
+    if (state[SWEEPS] && !state[TRIED]) { // all that costs less than the threshold may not go: where that is all, none ever
+        state[DONE] = !edges || as_float(state[THRESHOLD]) == INFINITY;
+        share = 2.0f * as_float(state[SHARE]);
+    }
     float cost = INFINITY;
-    if (loosened < 1.0f) plan_bin(totals, loosened * edges, &cost);
+    if (share < 1.0f) plan_bin(totals, share * edges, &cost);
     for (uint i = 0; i < BINS; ++i) totals[i] = 0;
     state[THRESHOLD] = as_uint(cost);
+    state[SHARE] = as_uint(share);
     state[TRIED] = 0;
     ++state[SWEEPS];
 }

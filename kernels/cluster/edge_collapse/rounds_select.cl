@@ -28,18 +28,21 @@
 // Needs     cluster/edge_collapse/rounds_state.cl
 // Plain     cluster/edge_collapse/rounds_reference.py
 
-// is no edge at the vertex or its neighbours less than the one from u to v?
-INLINE bool select_least(__global const uint2 *restrict ring, __global const uint2 *restrict best, const uint2 range,
-    const uint cost, const uint u, const uint v)
+// is the edge at a vertex not less than the one from u to v?
+INLINE bool select_not_less(__global const uint2 *restrict best, const uint w, const uint cost, const uint u, const uint v)
 {
-    for (uint e = range.x; e < range.y; ++e) {
-        const uint w[2] = {ring[e].x, ring[e].y};
-        for (uint k = 0; k < 2; ++k) {
-            const uint2 other = best[w[k]];
-            if (other.y == NONE || other.x > cost) continue;
-            if (other.x < cost || ring_before(w[k], other.y, u, v)) return false;
-        }
-    }
+    const uint2 other = best[w];
+    return other.x > cost || other.y == NONE || (other.x == cost && !ring_before(w, other.y, u, v));
+}
+
+// nor those at its neighbours? Inside the surface each of these is once the next one
+INLINE bool select_least(__global const uint2 *restrict ring, __global const uint2 *restrict best, const uint2 range,
+    const bool rim, const uint cost, const uint u, const uint v)
+{
+    for (uint e = range.x; e < range.y; ++e)
+        if (!select_not_less(best, ring[e].x, cost, u, v)) return false;
+    for (uint e = range.x; rim && e < range.y; ++e)
+        if (!select_not_less(best, ring[e].y, cost, u, v)) return false;
     return true;
 }
 
@@ -133,9 +136,11 @@ __kernel void edge_collapse_rounds_select_edges(
         const uint cost = best[u].x, v = best[u].y;
         if (v == NONE || u > v || best[v].y != u) continue;
         const uint2 one = select_range(starts, u), two = select_range(starts, v);
-        if (!select_least(ring, best, one, cost, u, v) || !select_least(ring, best, two, cost, u, v)) continue;
+        const uint rims_u = kinds[u] & RIM, rims_v = kinds[v] & RIM;
+        if (!select_least(ring, best, one, rims_u, cost, u, v) || !select_least(ring, best, two, rims_v, cost, u, v))
+            continue;
         ++tried;
-        const uint gone = select_gone(starts, ring, u, v, (kinds[u] & RIM) + (kinds[v] & RIM));
+        const uint gone = select_gone(starts, ring, u, v, rims_u + rims_v);
         const uint left[8] = {u, u, u, u, u, u, u, u}, right[8] = {v, v, v, v, v, v, v, v};
         Quadrics a, b, merged;
         ring_quadrics(planes, places, left, &a);

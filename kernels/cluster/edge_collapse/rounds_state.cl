@@ -10,7 +10,7 @@
 #define CUT 7       // bin of the costs from which on winners stay
 #define LEFT 8      // triangles that may yet go at that bin
 #define TRIED 9     // edges that won in this round, whether they went or not
-#define IDLE 12     // how often the threshold was loosened, since none did
+#define SHARE 12    // a float's bits: of the edges that may go in this round
 
 #define NONE 0xFFFFFFFFu
 #define STALE -1.0f  // a cost to be found anew; as bits it is above every cost
