@@ -40,6 +40,7 @@ SYSTEM = System(
     cases={
         "tenth": Params(target_reduction=0.9),
         "blocks": Params(target_reduction=0.5, block=64),
+        "rounds": Params(target_reduction=0.7, form="rounds"),
         "border": Params(target_reduction=0.7, block=100, preserve_border=True, crease_angle=30.0),
     },
     verbs={"simplify": simplify},

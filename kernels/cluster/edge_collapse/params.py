@@ -17,8 +17,9 @@ class Params(Target):
     """How far to simplify; targets are those of `Target`, at most one of them; a tenth is left where none is given.
 
     Attributes:
-        form: "blocks", each collapsed by a core, one edge after the other; "rounds" of collapses all over the mesh at once,
-            as a GPU has them, of the same quality; "auto" takes blocks on CPUs, rounds elsewhere.
+        form: "blocks", each collapsed by a core, one edge after the other; "rounds" of collapses all over the mesh,
+            as a GPU has them, of the same quality; "auto": blocks on CPUs, rounds elsewhere. Block, sweeps and gain are
+            those of blocks alone.
         block: most triangles of a block; what fits a core's cache is fastest.
         sweeps: in which the target is to be met; as many more follow where it is not.
         gain: a sweep's share of triangles to go times this is the share of edges that it may collapse.

@@ -18,7 +18,7 @@ from lodbench.kernels.system import Frame
 FILES = tuple(
     f"cluster/edge_collapse/{name}.cl"
     for name in (
-        "setup", "vertex", "rounds_vertex", "rounds_geometry", "rounds_select", "rounds_compact", "emit",
+        "setup", "vertex", "rounds_ends", "rounds_vertex", "rounds_geometry", "rounds_select", "rounds_compact", "emit",
     )
 )  # fmt: skip
 PASSES = 3  # selections from the costs of one round
@@ -87,18 +87,18 @@ class Rounds(EdgeCollapse):
         }  # fmt: skip
         for name in ("totals", "cuts"):
             self.fill("setup", self._shared[name], 0)
-        self.add(self._round("compact_begin", 0, vertex_count=n))
+        self.add(self._round("ends_begin", 0, vertex_count=n))
         self.add(self._round("compact_sum", 0, target=self.target))
         self.add(self._round("compact_number", 0))
         rows = chunk_count(self.device, m)
-        self.add(self._round("compact_scatter", 0, triangle_count=m, chunk_count=rows))
-        self.add(self._round("compact_order", 1))
+        self.add(self._round("ends_scatter", 0, triangle_count=m, chunk_count=rows))
+        self.add(self._round("ends_order", 1))
         self._before = len(self._steps)
         self._rounds = [self._one(1), self._one(0)]
         roots = {"roots": self._shared["numbers"]}
-        self.add(self._round("compact_roots", 0, vertex_count=n, **roots))
+        self.add(self._round("ends_roots", 0, vertex_count=n, **roots))
         block = {"block": self.params.block, "triangle_count": m, "chunk_count": rows}
-        self.add(self._round("compact_rows", 0, **block, **roots))
+        self.add(self._round("ends_rows", 0, **block, **roots))
 
     def _one(self, generation: int) -> list[Launch]:
         """A round that makes the other generation of this one."""

@@ -1,6 +1,6 @@
 // Edge collapse in rounds, geometry stage: edges that are the least in the rings of both ends win, and go if they may.
 //
-// Source    selection: ours; Dey, Edelsbrunner, Guha & Nekhayev 1999, Topology preserving edge contraction (link condition)
+// Source    none, ours
 // Work      edges, apply: 1-D, one item per chunk of vertices; cut: one item. No two winners have a triangle that touches
 //           both, so that each is alone in what it reads of rings and changes there
 // Reads     starts        uint[vertices + 1]
@@ -25,7 +25,7 @@
 //           sequence      uint4[vertex_count]
 //           moves         float4[vertex_count]
 //           state         uint[16]
-// Needs     cluster/edge_collapse/rounds_state.cl
+// Needs     cluster/edge_collapse/rounds_link.cl
 // Plain     cluster/edge_collapse/rounds_reference.py
 
 // is the edge at a vertex not less than the one from u to v?
@@ -44,60 +44,6 @@ INLINE bool select_least(__global const uint2 *restrict ring, __global const uin
     for (uint e = range.x; rim && e < range.y; ++e)
         if (!select_not_less(best, ring[e].y, cost, u, v)) return false;
     return true;
-}
-
-INLINE uint2 select_range(__global const uint *restrict starts, const uint v) { return (uint2)(starts[v], starts[v + 1]); }
-
-INLINE bool select_has(__global const uint2 *restrict ring, const uint2 range, const uint w)
-{
-    for (uint e = range.x; e < range.y; ++e)
-        if (ring[e].x == w || ring[e].y == w) return true;
-    return false;
-}
-
-// triangles that go with the edge, 0 where it must stay: where the surface would no longer be what it was
-INLINE uint select_gone(__global const uint *restrict starts, __global const uint2 *restrict ring, const uint u,
-    const uint v, const uint rims)
-{
-    const uint2 one = select_range(starts, u), two = select_range(starts, v);
-    uint gone = 0, back = 0, common = 0, opposite = u;
-    for (uint e = one.x; e < one.y; ++e) {
-        const uint2 w = ring[e];
-        if (w.x != v && w.y != v) continue;
-        ++gone;
-        opposite = w.x == v ? w.y : w.x;
-    }
-    for (uint e = two.x; e < two.y; ++e) {
-        const uint2 w = ring[e];
-        back += w.x == u || w.y == u;
-        bool again = w.x == u, next = w.y == u; // each neighbour once, as the next one where it is that too
-        for (uint f = two.x; f < two.y; ++f) {
-            again |= f < e && ring[f].x == w.x;
-            next |= ring[f].x == w.y || (f < e && ring[f].y == w.y);
-        }
-        common += !again && select_has(ring, one, w.x);
-        common += !next && select_has(ring, one, w.y);
-    }
-    const bool along = rims == 2;
-    const uint expected = along ? 1 : 2, least = rims ? 1 : 3;
-    if (gone != expected || back != expected || common != expected) return 0;
-    if (along && starts[opposite + 1] - starts[opposite] < 2) return 0;
-    return one.y - one.x + two.y - two.x < 2 * gone + least ? 0 : gone;
-}
-
-// would a triangle at the vertex turn by more than the limit, with the vertex at p? Those with v go
-INLINE bool select_turns(__global const float4 *restrict places, __global const uint2 *restrict ring, const uint2 range,
-    const float3 before, const uint v, const float3 p, const float limit)
-{
-    for (uint e = range.x; e < range.y; ++e) {
-        const uint2 w = ring[e];
-        if (w.x == v || w.y == v) continue;
-        const float3 x = places[w.x].xyz, y = places[w.y].xyz;
-        const float3 n = cross(x - before, y - before), m = cross(x - p, y - p);
-        const float nn = dot(n, n), nm = dot(n, m);
-        if (nn > 0.0f && !(nm > 0.0f && nm * nm >= limit * nn * dot(m, m))) return true;
-    }
-    return false;
 }
 
 INLINE void select_ban(__global const uint2 *restrict ring, const uint2 range, __global const uint *restrict rims,
@@ -135,20 +81,20 @@ __kernel void edge_collapse_rounds_select_edges(
     for (uint u = rows.x; u < rows.y; ++u) {
         const uint cost = best[u].x, v = best[u].y;
         if (v == NONE || u > v || best[v].y != u) continue;
-        const uint2 one = select_range(starts, u), two = select_range(starts, v);
+        const uint2 one = link_range(starts, u), two = link_range(starts, v);
         const uint rims_u = kinds[u] & RIM, rims_v = kinds[v] & RIM;
         if (!select_least(ring, best, one, rims_u, cost, u, v) || !select_least(ring, best, two, rims_v, cost, u, v))
             continue;
         ++tried;
-        const uint gone = select_gone(starts, ring, u, v, rims_u + rims_v);
+        const uint gone = link_gone(starts, ring, u, v, rims_u + rims_v);
         const uint left[8] = {u, u, u, u, u, u, u, u}, right[8] = {v, v, v, v, v, v, v, v};
         Quadrics a, b, merged;
         ring_quadrics(planes, places, left, &a);
         ring_quadrics(planes, places, right, &b);
         quadric_merge(&a, &b, &merged);
         const float3 place = (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
-        if (!gone || select_turns(places, ring, one, places[u].xyz, v, place, turn_limit)
-            || select_turns(places, ring, two, places[v].xyz, u, place, turn_limit)) {
+        if (!gone || link_turns(places, ring, one, places[u].xyz, v, place, turn_limit)
+            || link_turns(places, ring, two, places[v].xyz, u, place, turn_limit)) {
             select_ban(ring, one, rims, u, v, costs, rim_costs);
             select_ban(ring, two, rims, v, u, costs, rim_costs);
             continue;
@@ -224,7 +170,7 @@ __kernel void edge_collapse_rounds_select_apply(
         const uint u = edge.x, v = edge.y, bin = cost_bin(as_float(edge.w));
         before += bin == cut ? edge.z : 0;
         if (bin > cut || (bin == cut && before > left)) continue;
-        const uint2 one = select_range(starts, u), two = select_range(starts, v);
+        const uint2 one = link_range(starts, u), two = link_range(starts, v);
         const float4 spot = spots[i];
         select_touch(ring, one, v, touched, degrees, true);
         select_touch(ring, two, u, touched, degrees, false);
