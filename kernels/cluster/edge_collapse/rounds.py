@@ -21,7 +21,7 @@ FILES = tuple(
         "setup", "vertex", "rounds_ends", "rounds_vertex", "rounds_geometry", "rounds_select", "rounds_compact", "emit",
     )
 )  # fmt: skip
-PASSES = 3  # selections from the costs of one round
+PASSES = 3  # selections from the costs of one round, as in rounds_state.cl
 SHARE = 0.15  # of the edges that may go in a round
 RATE = 0.1  # of the triangles that go in one, about
 MORE = 4  # rounds between two looks at whether the target is met
@@ -81,12 +81,11 @@ class Rounds(EdgeCollapse):
             "cursors": make("cursors", n, np.uint32),
             "histograms": make("histograms", (self._chunks, BINS), np.uint32),
             "totals": make("totals", BINS, np.uint32),
-            "cuts": make("cuts", BINS, np.uint32),
+            "cuts": make("cuts", (PASSES, BINS), np.uint32),
             "points": self.points, "rows": self.rows, "parents": self.parents, "state": self.state,
             "block_live": self.block_live, "sequence": self.sequence, "moves": self.moves,
         }  # fmt: skip
-        for name in ("totals", "cuts"):
-            self.fill("setup", self._shared[name], 0)
+        self.fill("setup", self._shared["totals"], 0)
         self.add(self._round("ends_begin", 0, vertex_count=n))
         self.add(self._round("compact_sum", 0, target=self.target))
         self.add(self._round("compact_number", 0))
@@ -113,14 +112,13 @@ class Rounds(EdgeCollapse):
             self._round("geometry_costs", generation),
             self._round("geometry_plan", generation, least=SHARE),
         ]
+        going = {"target": self.target, "recorded": int(self._recorded)}
         for number in range(PASSES):
+            turn = {"pass": number}
             launches += [
                 self._round("geometry_best", generation),
-                self._round("select_edges", generation, turn_limit=cosine * cosine),
-                self._round("select_cut", generation, target=self.target),
-                self._round(
-                    "select_apply", generation, recorded=int(self._recorded), **{"pass": number}
-                ),
+                self._round("select_edges", generation, turn_limit=cosine * cosine, **turn),
+                self._round("select_apply", generation, **turn, **going),
             ]
         return [
             *launches,

@@ -13,14 +13,17 @@
 //           rim_costs   float[vertices]           of that from the rim
 //           histograms  uint[BINS * chunk_count]  edges of each chunk by cost, by either end
 //           totals      uint[BINS]                of all chunks; zeros but between costs and plan
+//           cuts        uint[BINS * PASSES]       zeros
 //           best        uint2[vertices]           the least edge at a vertex: cost's bits, other end; NONE
 //           state       uint[16]
 // Needs     cluster/edge_collapse/rounds_state.cl cluster/edge_collapse/plan.cl
 // Plain     cluster/edge_collapse/rounds_reference.py
 
-// edges to be asked, `count` of eight: the lesser end first, so that both ends are told the same bits; where the costs go
+#define MANY 64  // edges, so that eight and eight follow each other without a branch
+
+// edges to be asked, `count` of so many: the lesser end first, so that both ends are told the same bits; where the costs go
 typedef struct {
-    uint u[8], v[8], at[8];
+    uint u[MANY], v[MANY], at[MANY];
     uint count;
 } Asked;
 
@@ -29,13 +32,15 @@ typedef struct {
 INLINE void geometry_ask(Asked *asked, __global const float4 *restrict places, __global const float8 *restrict planes,
     __global float *restrict costs, __global float *restrict rim_costs, __global uint *restrict histogram)
 {
-    const uint count = asked->count;
-    for (uint i = count; i < 8; ++i) asked->u[i] = asked->u[0], asked->v[i] = asked->v[0];
-    Quadrics u, v, sum;
-    ring_quadrics(planes, places, asked->u, &u);
-    ring_quadrics(planes, places, asked->v, &v);
-    float found[8];
-    vstore8(quadric_merge(&u, &v, &sum), 0, found);
+    const uint count = asked->count, whole = (count + 7) / 8;
+    for (uint i = count; i < 8 * whole; ++i) asked->u[i] = asked->u[0], asked->v[i] = asked->v[0];
+    float found[MANY];
+    for (uint i = 0; i < whole; ++i) {
+        Quadrics u, v, sum;
+        ring_quadrics(planes, places, asked->u + 8 * i, &u);
+        ring_quadrics(planes, places, asked->v + 8 * i, &v);
+        vstore8(quadric_merge(&u, &v, &sum), i, found);
+    }
     for (uint i = 0; i < count; ++i) {
         const uint at = asked->at[i];
         if (at & OF_RIM)
@@ -83,7 +88,7 @@ __kernel void edge_collapse_rounds_geometry_costs(
             asked.v[asked.count] = max(v, w);
             asked.at[asked.count] = inside ? e : v | OF_RIM;
             asked.count += !(kept >= 0.0f) & !(kinds[w] & FIXED) & (w != v);
-            if (asked.count == 8) geometry_ask(&asked, places, planes, costs, rim_costs, histogram);
+            if (asked.count == MANY) geometry_ask(&asked, places, planes, costs, rim_costs, histogram);
         }
     }
     if (asked.count) geometry_ask(&asked, places, planes, costs, rim_costs, histogram);
@@ -93,6 +98,7 @@ __kernel void edge_collapse_rounds_geometry_costs(
 
 __kernel void edge_collapse_rounds_geometry_plan(
     __global uint *restrict totals,
+    __global uint *restrict cuts,
     __global uint *restrict state,
     const float least) // share of the edges that may go in a round
 {
@@ -108,6 +114,8 @@ __kernel void edge_collapse_rounds_geometry_plan(
     float cost = INFINITY;
     if (share < 1.0f) plan_bin(totals, share * edges, &cost);
     for (uint i = 0; i < BINS; ++i) totals[i] = 0;
+    for (uint i = 0; i < PASSES * BINS; ++i) cuts[i] = 0;
+    for (uint i = 0; i < PASSES; ++i) state[GONE + i] = 0;
     state[THRESHOLD] = as_uint(cost);
     state[SHARE] = as_uint(share);
     state[TRIED] = 0;

@@ -8,39 +8,37 @@
 
 INLINE uint2 link_range(__global const uint *restrict starts, const uint v) { return (uint2)(starts[v], starts[v + 1]); }
 
-INLINE bool link_has(__global const uint2 *restrict ring, const uint2 range, const uint w)
+// is w a neighbour? Inside the surface each is once the next one
+INLINE bool link_has(__global const uint2 *restrict ring, const uint2 range, const uint w, const bool rim)
 {
-    for (uint e = range.x; e < range.y; ++e)
-        if (ring[e].x == w || ring[e].y == w) return true;
-    return false;
+    bool found = false;
+    for (uint e = range.x; e < range.y; ++e) found |= ring[e].x == w;
+    for (uint e = range.x; rim && e < range.y; ++e) found |= ring[e].y == w;
+    return found;
 }
 
 // triangles that go with the edge, 0 where it must stay: where the surface would no longer be what it was
 INLINE uint link_gone(__global const uint *restrict starts, __global const uint2 *restrict ring, const uint u,
-    const uint v, const uint rims)
+    const uint v, const bool rim_u, const bool rim_v)
 {
     const uint2 one = link_range(starts, u), two = link_range(starts, v);
-    uint gone = 0, back = 0, common = 0, opposite = u;
+    uint gone = 0, back = 0, common = 0, next = NONE, last = NONE; // the vertices opposite
     for (uint e = one.x; e < one.y; ++e) {
         const uint2 w = ring[e];
-        if (w.x != v && w.y != v) continue;
-        ++gone;
-        opposite = w.x == v ? w.y : w.x;
+        gone += (w.x == v) + (w.y == v);
+        next = w.x == v ? w.y : next;
+        last = w.y == v ? w.x : last;
     }
     for (uint e = two.x; e < two.y; ++e) {
         const uint2 w = ring[e];
-        back += w.x == u || w.y == u;
-        bool again = w.x == u, next = w.y == u; // each neighbour once, as the next one where it is that too
-        for (uint f = two.x; f < two.y; ++f) {
-            again |= f < e && ring[f].x == w.x;
-            next |= ring[f].x == w.y || (f < e && ring[f].y == w.y);
-        }
-        common += !again && link_has(ring, one, w.x);
-        common += !next && link_has(ring, one, w.y);
+        back += (w.x == u) + (w.y == u);
+        common += w.x != u && link_has(ring, one, w.x, rim_u);
+        if (rim_v && w.y != u && !link_has(ring, two, w.y, false)) common += link_has(ring, one, w.y, rim_u);
     }
-    const bool along = rims == 2;
-    const uint expected = along ? 1 : 2, least = rims ? 1 : 3;
-    if (gone != expected || back != expected || common != expected) return 0;
+    const bool along = rim_u && rim_v;
+    const uint expected = along ? 1 : 2, least = rim_u || rim_v ? 1 : 3;
+    if (gone != expected || back != expected || common != expected || next == last) return 0;
+    const uint opposite = next == NONE ? last : next;
     if (along && starts[opposite + 1] - starts[opposite] < 2) return 0;
     return one.y - one.x + two.y - two.x < 2 * gone + least ? 0 : gone;
 }

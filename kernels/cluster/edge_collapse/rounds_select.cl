@@ -1,8 +1,8 @@
 // Edge collapse in rounds, geometry stage: edges that are the least in the rings of both ends win, and go if they may.
 //
 // Source    none, ours
-// Work      edges, apply: 1-D, one item per chunk of vertices; cut: one item. No two winners have a triangle that touches
-//           both, so that each is alone in what it reads of rings and changes there
+// Work      1-D, one item per chunk of vertices. No two winners have a triangle that touches both, so that each is alone
+//           in what it reads of rings and changes there
 // Reads     starts        uint[vertices + 1]
 //           ring          uint2[corners]
 //           planes        float8[vertices]
@@ -15,7 +15,7 @@
 //           winners       uint4[vertices]           of each chunk at the front of its room: both ends, triangles, cost
 //           spots         float4[vertices]          where the vertex then lies
 //           winner_count  uint[chunk_count]
-//           cuts          uint[BINS]                triangles that go by cost; zeros but between edges and cut
+//           cuts          uint[BINS * PASSES]       triangles that would go, by cost
 //           places        float4[vertices]
 //           degrees       uint[vertices]
 //           absorbed      uint[vertices]
@@ -54,6 +54,18 @@ INLINE void select_ban(__global const uint2 *restrict ring, const uint2 range, _
     if (rims[u] == v) rim_costs[u] = INFINITY;
 }
 
+// where two vertices meet
+INLINE float3 select_place(__global const float4 *restrict places, __global const float8 *restrict planes, const uint u,
+    const uint v)
+{
+    const uint one[8] = {u, u, u, u, u, u, u, u}, two[8] = {v, v, v, v, v, v, v, v};
+    Quadrics a, b, merged;
+    ring_quadrics(planes, places, one, &a);
+    ring_quadrics(planes, places, two, &b);
+    quadric_merge(&a, &b, &merged);
+    return (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
+}
+
 __kernel void edge_collapse_rounds_select_edges(
     __global const float4 *restrict places,
     __global const uint *restrict starts,
@@ -70,6 +82,7 @@ __kernel void edge_collapse_rounds_select_edges(
     __global uint *restrict cuts,
     __global uint *restrict state,
     const float turn_limit, // square of the cosine
+    const uint pass,
     const uint generation,
     const uint chunk_count)
 {
@@ -82,17 +95,12 @@ __kernel void edge_collapse_rounds_select_edges(
         const uint cost = best[u].x, v = best[u].y;
         if (v == NONE || u > v || best[v].y != u) continue;
         const uint2 one = link_range(starts, u), two = link_range(starts, v);
-        const uint rims_u = kinds[u] & RIM, rims_v = kinds[v] & RIM;
-        if (!select_least(ring, best, one, rims_u, cost, u, v) || !select_least(ring, best, two, rims_v, cost, u, v))
+        const bool rim_u = kinds[u] & RIM, rim_v = kinds[v] & RIM;
+        if (!select_least(ring, best, one, rim_u, cost, u, v) || !select_least(ring, best, two, rim_v, cost, u, v))
             continue;
         ++tried;
-        const uint gone = link_gone(starts, ring, u, v, rims_u + rims_v);
-        const uint left[8] = {u, u, u, u, u, u, u, u}, right[8] = {v, v, v, v, v, v, v, v};
-        Quadrics a, b, merged;
-        ring_quadrics(planes, places, left, &a);
-        ring_quadrics(planes, places, right, &b);
-        quadric_merge(&a, &b, &merged);
-        const float3 place = (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
+        const uint gone = link_gone(starts, ring, u, v, rim_u, rim_v);
+        const float3 place = gone ? select_place(places, planes, u, v) : (float3)(0.0f);
         if (!gone || link_turns(places, ring, one, places[u].xyz, v, place, turn_limit)
             || link_turns(places, ring, two, places[v].xyz, u, place, turn_limit)) {
             select_ban(ring, one, rims, u, v, costs, rim_costs);
@@ -101,26 +109,19 @@ __kernel void edge_collapse_rounds_select_edges(
         }
         winners[at] = (uint4)(u, v, gone, cost);
         spots[at++] = (float4)(place, places[v].w);
-        atomic_add(cuts + cost_bin(as_float(cost)), gone);
+        atomic_add(cuts + pass * BINS + cost_bin(as_float(cost)), gone);
     }
     winner_count[chunk] = at - rows.x;
     if (tried) atomic_or(state + TRIED, 1u);
 }
 
-// how many of the winners go: in the last round the cheapest alone, to a bin of the costs
-__kernel void edge_collapse_rounds_select_cut(
-    __global uint *restrict cuts,
-    __global uint *restrict state,
-    const uint target)
+// how many of the winners go: in the last round the cheapest alone. The bin from which on they stay, and the triangles of
+// that bin which go
+INLINE uint2 select_cut(__global const uint *restrict cuts, const uint most)
 {
-    if (get_global_id(0) > 0 || state[DONE]) return;
-
-    const uint live = state[LIVE], most = live > target ? live - target + 1 & ~1u : 0;
     uint bin = 0, sum = 0;
     for (; bin < BINS && sum + cuts[bin] <= most; ++bin) sum += cuts[bin];
-    for (uint i = 0; i < BINS; ++i) cuts[i] = 0;
-    state[CUT] = bin;
-    state[LEFT] = most - sum;
+    return (uint2)(bin, most - sum);
 }
 
 INLINE void select_touch(__global const uint2 *restrict ring, const uint2 range, const uint other,
@@ -140,6 +141,7 @@ __kernel void edge_collapse_rounds_select_apply(
     __global const uint4 *restrict winners,
     __global const float4 *restrict spots,
     __global const uint *restrict winner_count,
+    __global const uint *restrict cuts,
     __global float4 *restrict places,
     __global uint *restrict degrees,
     __global uint *restrict absorbed,
@@ -149,6 +151,7 @@ __kernel void edge_collapse_rounds_select_apply(
     __global uint4 *restrict sequence,
     __global float4 *restrict moves,
     __global uint *restrict state,
+    const uint target,
     const uint recorded,
     const uint pass,
     const uint generation,
@@ -157,7 +160,11 @@ __kernel void edge_collapse_rounds_select_apply(
     const uint chunk = get_global_id(0);
     if (chunk >= chunk_count || state[DONE]) return;
 
-    const uint count = state[VERTICES + generation], cut = state[CUT], left = state[LEFT];
+    const uint count = state[VERTICES + generation];
+    uint live = state[LIVE];
+    for (uint i = 0; i < pass; ++i) live -= state[GONE + i];
+    const uint2 cuts_at = select_cut(cuts + pass * BINS, live > target ? live - target + 1 & ~1u : 0);
+    const uint cut = cuts_at.x, left = cuts_at.y;
     uint before = 0, gone = 0, collapses = 0; // triangles at the cut's bin, in the order of vertices
     for (uint c = 0; cut < BINS && c < chunk; ++c) {
         const uint first = chunk_rows(c, chunk_count, count).x;
@@ -189,6 +196,6 @@ __kernel void edge_collapse_rounds_select_apply(
         gone += edge.z;
         ++collapses;
     }
-    atomic_sub(state + LIVE, gone);
+    atomic_add(state + GONE + pass, gone);
     atomic_add(state + COLLAPSES, collapses);
 }

@@ -7,11 +7,11 @@
 // Needs     common/chunk.cl common/transpose.cl cluster/edge_collapse/state.cl cluster/edge_collapse/fragment.cl
 
 #define VERTICES 1  // and the word after it: of the two generations
-#define CUT 7       // bin of the costs from which on winners stay
-#define LEFT 8      // triangles that may yet go at that bin
 #define TRIED 9     // edges that won in this round, whether they went or not
 #define SHARE 12    // a float's bits: of the edges that may go in this round
+#define GONE 13     // and two words after it: triangles that went in each pass of this round
 
+#define PASSES 3
 #define NONE 0xFFFFFFFFu
 #define STALE -1.0f  // a cost to be found anew; as bits it is above every cost
 #define RIM 1u       // kinds of vertices: on the border
