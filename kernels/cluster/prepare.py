@@ -119,7 +119,7 @@ def simplifier(
         check("remove_flipped", remove_flipped, bool)
         check("manifold", manifold, bool)
         prepared = prepare(device, mesh, params.named(**options))
-        frame = run(device, prepared)
+        frame = run(device, prepared, wait=prepared.live)
         simplified, vertex_map = prepared.read_back()
         if not attributes:
             simplified = simplified.bare()
