@@ -18,7 +18,8 @@ from lodbench.kernels.system import Frame
 FILES = tuple(
     f"cluster/edge_collapse/{name}.cl"
     for name in (
-        "setup", "vertex", "rounds_ends", "rounds_vertex", "rounds_geometry", "rounds_select", "rounds_compact", "emit",
+        "setup", "vertex", "rounds_ends", "rounds_vertex", "rounds_geometry", "rounds_select",
+        "rounds_apply", "rounds_compact", "emit",
     )
 )  # fmt: skip
 PASSES = 3  # selections from the costs of one round, as in rounds_state.cl
@@ -107,6 +108,7 @@ class Rounds(EdgeCollapse):
             "border_weight": params.border_weight, "keep_border": int(params.preserve_border),
             "crease": params.crease_cosine,
         }  # fmt: skip
+        best = self._round("geometry_best", generation)
         launches = [
             self._round("vertex_quadrics", generation, **held),
             self._round("geometry_costs", generation),
@@ -116,9 +118,9 @@ class Rounds(EdgeCollapse):
         for number in range(PASSES):
             turn = {"pass": number}
             launches += [
-                self._round("geometry_best", generation),
+                best,
                 self._round("select_edges", generation, turn_limit=cosine * cosine, **turn),
-                self._round("select_apply", generation, **turn, **going),
+                self._round("apply_winners", generation, **turn, **going),
             ]
         return [
             *launches,
