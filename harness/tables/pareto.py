@@ -55,6 +55,7 @@ def _group(dataset: str, reduction: float) -> Group:
     known = registry.systems()
     subjects = [Subject(name, size) for name in OURS if name in known]
     subjects += [
+        Subject("edge_collapse", {**size, "form": "rounds"}, "edge_collapse_rounds"),
         Subject("simplify_call", {**size, "manifold": True}, "clustering_manifold_call"),
         Subject(COLLAPSE, size),
         Subject(COLLAPSE, {**size, **CAREFUL}, "fast_simplification_careful"),
@@ -115,6 +116,7 @@ TABLE = Table(
         "whole call from arrays to arrays, search for the grid included; triangles that backed each other are gone.",
         "Between counts that differ by more than 5 % there is no ratio of times; errors stand beside their counts. "
         "pyfqmr is the algorithm of fast_simplification in another binding.",
+        "edge_collapse_rounds is edge_collapse in the form for GPUs: rounds of collapses all over the mesh at once.",
         "vtk_quadric_decimation and pyfqmr take too long for the generated surface to be in every run.",
     ),
 )

@@ -293,6 +293,10 @@ def prepare(
         }  # fmt: skip
         setup = upload.setup
         return Unchanged(device, mesh, upload.positions, upload.triangles, setup, counters)
+    if params.form_on(device.is_cpu) == "rounds":
+        from lodbench.kernels.cluster.edge_collapse import rounds  # derives from what is here
+
+        return rounds.prepare(upload, params, target, locked, recorded)  # pyright: ignore[reportReturnType]
     with upload.setup.host("build"):
         upload.program = device.build(*FILES, defines={"BLOCK": CAPACITY})
     return EdgeCollapse(upload, params, target, locked, recorded)
