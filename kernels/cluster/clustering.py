@@ -293,6 +293,21 @@ class Clustering(DeviceSubject):
         """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where its cell has none."""
         return self.device.read(self._map())
 
+    def sources(self) -> NDArray[np.intp]:
+        """The input triangles of the last frame's output triangles, ascending, and of duplicates that were removed."""
+        count, device = self._triangles, self.device
+        chunks = chunk_count(device, count)
+        program = device.build("cluster/sources.cl")
+        rows = device.allocate("rows", count, np.uint32)
+        bounds = device.allocate("bounds", (chunks, 2), np.uint32)
+        program.launch(
+            "cluster_sources", chunks, stage="sources", local=chunk_local(device),
+            triangles=self._upload.triangles, vertex_map=self._map(), rows=rows, bounds=bounds,
+            triangle_count=count, chunk_count=chunks,
+        )(Timeline())  # fmt: skip
+        found, ends = device.read_all((rows, None), (bounds, None))
+        return np.concatenate([found[a:b] for a, b in ends.tolist()]).astype(np.intp)
+
     def _map(self) -> Buffer:
         """`vertex_map` on the device; never waits."""
         result = self.device.allocate("vertex_map", self._vertices, np.uint32)
