@@ -50,6 +50,7 @@ class Clustering(DeviceSubject):
     ```
 
     Attributes:
+        given: the mesh on the device, positions and triangles.
         grid: the even grid over the mesh: all lengths are in its units.
         cell_grid: the grid that the cells are those of: over the warped mesh where there is a warp, else the same.
         occupied: cells with a vertex, known once they have been counted.
@@ -62,7 +63,7 @@ class Clustering(DeviceSubject):
     def __init__(self, upload: Upload, params: ClusterTarget, found: Found | None) -> None:
         super().__init__(upload.device, upload.setup)
         self.params, self.found = params, found
-        self.hold("input", upload.positions, upload.triangles)
+        self.given = self.hold("input", upload.positions, upload.triangles)
         self._mesh, self._upload = upload.mesh, upload
         self._vertices, self._triangles = upload.mesh.vertex_count, upload.mesh.triangle_count
         self._programs: list[Program] = [upload.program]

@@ -1,4 +1,4 @@
-"""A grid whose mesh has the target once its sheets are parted: triangles that back each other go, and leave it short."""
+"""A grid whose mesh has the target once its sheets are parted: triangles that back each other leave it short."""
 
 from __future__ import annotations
 
