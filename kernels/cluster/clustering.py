@@ -183,7 +183,7 @@ class Clustering(DeviceSubject):
         if len(self.kept):
             self.add(
                 self.launch(
-                    "cluster_borders_return", len(self.kept), stage,
+                    "cluster_borders_keep_return", len(self.kept), stage,
                     positions=self._upload.positions, new_ranks=self.new_ranks,
                     vertices=self.vertices_out, **self._kept,
                 )
@@ -288,7 +288,7 @@ class Clustering(DeviceSubject):
         positions, survivors, vertex_map = self.device.read_all(
             (self.vertices_out, vertices), (self.survivors, triangles), (self._map(), None)
         )
-        return TriangleMesh(positions, survivors), vertex_map
+        return TriangleMesh.of_kernels(positions, survivors), vertex_map
 
     def vertex_map(self) -> NDArray[np.uint32]:
         """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where its cell has none."""

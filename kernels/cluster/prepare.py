@@ -121,7 +121,7 @@ def simplifier(
         check("manifold", manifold, bool)
         asked_for = params.named(**options)
         prepared = prepare(device, mesh, asked_for)
-        frame = run(device, prepared)
+        frame = run(device, prepared, wait=prepared.live)
         if manifold and not remove_flipped and isinstance(prepared, Clustering):
             prepared, frame = nearer(device, mesh, asked_for, prepared, frame, prepare)
         simplified, vertex_map = prepared.read_back()

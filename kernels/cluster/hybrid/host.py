@@ -92,7 +92,7 @@ class Hybrid(DeviceSubject):
 
     def _clustered(self, wanted: int) -> Any:
         """A clustering whose border vertices stay by themselves: the second stage sees to these."""
-        system = octree if self.params.first == "octree" else quadric_clustering
+        system: Any = octree if self.params.first == "octree" else quadric_clustering
         params = system.Params(target_count=wanted, border="keep")
         return system.SYSTEM.prepare(self.device, self.mesh, params)
 

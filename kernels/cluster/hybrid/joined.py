@@ -87,7 +87,7 @@ def joined(
     used = np.zeros(len(places) + 1, bool)
     used[left.reshape(-1)] = True
     numbers = np.where(used, np.cumsum(used) - 1, NO_VERTEX).astype(np.uint32)
-    mesh = TriangleMesh(places[used[:-1]], numbers[left])
+    mesh = TriangleMesh.of_kernels(places[used[:-1]], numbers[left])
     return Joined(mesh, numbers[labels], rows, len(own), surface)
 
 
