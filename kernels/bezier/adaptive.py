@@ -84,10 +84,10 @@ class Adaptive(DeviceSubject):
         self._masks = self.allocate("masks", 2 * self.cells, np.uint64)
         self._seen: View | None = None
 
-    def build(self, *files: str) -> Program:
-        """The system's kernels, by test."""
+    def build(self, *files: str, **defines: int) -> Program:
+        """The system's kernels, by test and what else they are built with."""
         test, normals = TESTS[self._params.test], int(self._params.normals)
-        defines = {"TEST": test, "NORMALS": normals, "STREAMING": 1}
+        defines |= {"TEST": test, "NORMALS": normals, "STREAMING": 1}
         with self.setup.host("build"):
             self._program = self.device.build(*files, defines=defines)
         return self._program

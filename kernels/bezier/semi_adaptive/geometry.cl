@@ -6,8 +6,8 @@
 //           controls         float[64 * patches]    as bezier/patch.cl has it
 //           sources          uint [8 * patches]     as bezier/cell.cl has it
 //           candidates       ulong[17]              the last: nodes on edges
-//           shapes           ulong[26^3]            nodes of each pattern
-//           lists            uint [48 * 26^3]       its triangles, as bezier/semi_adaptive/setup.cl has them
+//           shapes           ulong[patterns]        nodes of each pattern
+//           lists            uint [48 * patterns]   its triangles, as bezier/semi_adaptive/setup.cl has them
 //           vertex_offsets   uint [cell_count]      where a cell's vertices begin
 //           triangle_offsets uint [cell_count]      where its triangles do
 //           vertex_total, triangle_total  uint [1]
@@ -21,7 +21,8 @@
 //           counts           uint [2]  live vertices and triangles: none where the room does not suffice
 // Needs     bezier/candidates.cl, bezier/emission.cl, bezier/semi_adaptive/edges.cl
 // Plain     bezier/semi_adaptive/reference.py
-// Defines   TEST (bezier/candidates.cl), NORMALS (1: normals too), STREAMING (bezier/output.cl, 1)
+// Defines   TEST (bezier/candidates.cl), NORMALS (1: normals too), STREAMING (bezier/output.cl, 1), HALVES
+//           (bezier/semi_adaptive/edges.cl)
 
 __kernel void semi_adaptive_geometry_test(
     __global const float *restrict map,

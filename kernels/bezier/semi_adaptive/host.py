@@ -9,7 +9,7 @@ from lodbench.datasets_gen.surfaces import BezierPatches
 from lodbench.kernels.bezier.adaptive import MOST_TRIANGLES, Adaptive
 from lodbench.kernels.bezier.candidates import INSIDE, LEVEL, Flags, candidate_masks
 from lodbench.kernels.bezier.semi_adaptive.params import Params
-from lodbench.kernels.bezier.semi_adaptive.reference import PATTERNS, inserted
+from lodbench.kernels.bezier.semi_adaptive.reference import HALVES, inserted, pattern_count
 from lodbench.kernels.opencl import Device, Timeline
 
 WORDS = 3 * MOST_TRIANGLES // 4  # of a pattern's list, a corner in each byte
@@ -27,15 +27,18 @@ class SemiAdaptive(Adaptive):
 
     def __init__(self, device: Device, patches: BezierPatches, params: Params) -> None:
         super().__init__(device, patches, params)
-        self.shapes = self.allocate("shapes", PATTERNS, np.uint64, "pattern")
-        self.lists = self.allocate("lists", (PATTERNS, WORDS), np.uint32, "pattern")
+        count = pattern_count(params.finest_depth)
+        self.shapes = self.allocate("shapes", count, np.uint64, "pattern")
+        self.lists = self.allocate("lists", (count, WORDS), np.uint32, "pattern")
         with self.setup.host("upload"):
             pattern = self.upload("candidates", candidate_masks(), role="pattern")
         folder = "bezier/semi_adaptive"
-        program = self.build(f"{folder}/setup.cl", f"{folder}/geometry.cl")
+        program = self.build(
+            f"{folder}/setup.cl", f"{folder}/geometry.cl", HALVES=HALVES[params.finest_depth]
+        )
         with self.setup.host("patterns"):
             making = program.launch(
-                "semi_adaptive_setup_patterns", PATTERNS, stage="setup",
+                "semi_adaptive_setup_patterns", count, stage="setup",
                 shapes=self.shapes, lists=self.lists,
             )  # fmt: skip
             making(Timeline())

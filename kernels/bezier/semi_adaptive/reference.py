@@ -13,9 +13,13 @@ from lodbench.kernels.bezier.candidates import (
 )
 from lodbench.kernels.bezier.measures import edge_levels, on_edges
 
-PATTERNS = 26**3
-"""Of the sets of vertices on an edge in which each has those between which it lies there are 1 + 5^2, and of a half's
-1 + 2^2."""
+HALVES = (0, 1, 2, 5)
+"""Sets of vertices on the half of an edge, by the finest level, in which each has those between which it lies."""
+
+
+def pattern_count(depth: int) -> int:
+    """Combinations of three edges: 1, 8, 125 or 17,576."""
+    return (1 + HALVES[depth] ** 2) ** 3
 
 
 def inserted(on: Flags, inside: Flags, depth: int) -> Flags:

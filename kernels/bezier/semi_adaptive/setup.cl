@@ -4,11 +4,12 @@
 //           reconstruction
 // Work      1-D, one item per combination of edges
 // Reads     nothing
-// Writes    shapes   ulong[26^3]                nodes of each pattern, bits as bezier/cell.cl has them
-//           lists    uint [48 * 26^3]           ranks of the corners of its triangles, four in a word
+// Writes    shapes   ulong[patterns]            nodes of each pattern, bits as bezier/cell.cl has them
+//           lists    uint [48 * patterns]       ranks of the corners of its triangles, four in a word
 // Needs     bezier/strips.cl, bezier/candidates.cl, bezier/semi_adaptive/edges.cl
 // Plain     bezier/semi_adaptive/reference.py
-// Defines   TEST (bezier/candidates.cl), NORMALS, STREAMING (bezier/output.cl, 1)
+// Defines   TEST (bezier/candidates.cl), NORMALS, STREAMING (bezier/output.cl, 1), HALVES
+//           (bezier/semi_adaptive/edges.cl)
 
 __kernel void semi_adaptive_setup_patterns(
     __global ulong *restrict shapes, __global uint *restrict lists)
