@@ -18,14 +18,18 @@ from lodbench.harness.plan.table import (
     frame_ratio_columns,
     ratio_columns,
 )
+from lodbench.kernels.stages.camera import TABLE_SIZE
 
 MODELS = ("teapot", "teacup", "elephant_gumbo")
 COPIES = 5
 LEVELS = (4, 5, 6)
-DRAW = Draw((1280, 1024), apart=True)
+DRAW = Draw(TABLE_SIZE, apart=True)
 GST, ZONE, NONE = "gst", "gst_zone_reuse", "gst_no_reuse"
 POINTS = "vst_positions"
-BASELINES = (GST, NONE, "numpy_bezier", "scipy_bspline", "vst_one_core")
+SHADERS = ("gl_vst", "gl_gst", "gl_bezier_tessellation")
+BASELINES = (GST, NONE, "numpy_bezier", "scipy_bspline", "vst_one_core", *SHADERS)
+SHADED_LEVELS = (4, 5)
+WHOLE = Draw(TABLE_SIZE)
 ARRAYS = ("one model, positions", "one model, with normals")
 REUSE = {GST: "zone and row", ZONE: "zone", NONE: "none"}
 
@@ -42,7 +46,7 @@ def _scene(model: str, level: int) -> Group:
     )
     facts = {"scene": f"S{COPIES} {model}", "level": level}
     weight = 1 + 4.0**level / 500
-    return Group(f"{model}_x{COPIES}", subjects, facts, weight=weight, standin_ok=True)
+    return Group(_scene_name(model, COPIES), subjects, facts, weight=weight, standin_ok=True)
 
 
 def _alone(normals: bool) -> Group:
@@ -54,9 +58,36 @@ def _alone(normals: bool) -> Group:
     return Group(MODELS[0], subjects, facts, weight=2.0, standin_ok=True)
 
 
+def _shaded(model: str, copies: int, level: int, drawn: bool = True) -> Group:
+    """Ours and those of a driver's shaders, in turns: whole frames, or points and normals alone."""
+    size: dict[str, Any] = {"level": level}
+    output = "image" if drawn else "points"
+    theirs = {**size, "output": output, "width": TABLE_SIZE[0], "height": TABLE_SIZE[1]}
+    draw = WHOLE if drawn else None
+    subjects = (
+        Subject("vst", size, draw=draw),
+        Subject("gst", size, GST, draw=draw),
+        *(Subject(name, theirs) for name in SHADERS),
+    )
+    facts = {"scene": f"S{copies} {model}, {'drawn' if drawn else 'points kept'}", "level": level}
+    weight = 2.0 * 4 ** (level - 4)
+    return Group(_scene_name(model, copies), subjects, facts, weight=weight, standin_ok=True)
+
+
+def _scene_name(model: str, copies: int) -> str:
+    return model if copies == 1 else f"{model}_x{copies}"
+
+
 def groups(quick: bool) -> list[Group]:
-    """Each scene at each level, then one teapot with 128 x 128 cells to a patch; `quick` has the teapots alone."""
+    """Each scene at each level, whole frames against a driver's shaders, then a teapot with 128 x 128 cells to a patch.
+
+    `quick` has the teapots alone, against shaders one teapot.
+    """
     made = [_scene(model, level) for model in (MODELS[:1] if quick else MODELS) for level in LEVELS]
+    made += [_shaded(MODELS[0], 1, level) for level in SHADED_LEVELS]
+    made.append(_shaded(MODELS[0], 1, SHADED_LEVELS[-1], drawn=False))
+    if not quick:
+        made += [_shaded(model, COPIES, SHADED_LEVELS[-1]) for model in MODELS]
     return [*made, *(_alone(normals) for normals in (False, True))]
 
 
@@ -66,10 +97,15 @@ def own(entry: Entry) -> Mapping[str, Any]:
     vertices, wall = row["vertices_out"], row["wall_s"]
     triangles = row["triangles_out"]
     more: Row = {"triangles_k": triangles / 1000 if triangles else None}
-    if vertices and wall:
+    drawn = str(row.get("scene")).endswith("drawn")
+    if vertices and wall and not drawn:
         more["vertices_per_s"] = vertices / wall
     if entry.subject.system == "gst":
         more["reused"] = REUSE[entry.subject.label]
+    if wall and drawn:  # a sample is a whole frame
+        more["frame_fps"] = 1 / wall
+    if entry.subject.driver:
+        more["driver"] = entry.subject.driver
     return more
 
 
@@ -95,13 +131,17 @@ TABLE = Table(
         Column("vertices_out", "vertices written"),
         Column("vertices_per_s", "vertices per second", "1/s", brief=True),
         Column("stored_bytes", "stored", "B"),
-        *ratio_columns(BASELINES, shown=(GST, "numpy_bezier")),
+        *ratio_columns(BASELINES, shown=(GST, "numpy_bezier", *SHADERS)),
         *brief(frame_ratio_columns([GST])),
         Column("published_frame_fps", "published fps", "1/s"),
+        Column("driver", "driver"),
         *STATUS_COLUMNS,
     ),
     notes=(
-        "Frame fps adds raster and shading at 1280 x 1024 with the whole scene in view.",
+        "Frame fps adds raster and shading at 1280 x 1024 with the whole scene in view. In the groups named drawn "
+        "every sample is a whole frame, ours and the driver's in turns, with the same camera and colours; there "
+        "ratios are of whole frames. Points kept: the stages before the raster alone, the driver's by transform "
+        "feedback. Its geometry shader and its tessellator leave triangles that share no points.",
         "A geometry shader emits strips, so inner rows are written twice, in zones of at most 1024 numbers. With "
         "reuse, a zone evaluates the surface by powers once and each row its curve; without, every sample begins with "
         "the control points. Triangles are the same for all.",
