@@ -16,8 +16,10 @@ from lodbench.harness.plan.table import (
     Table,
     brief,
     frame_ratio_columns,
+    interval_columns,
     ratio_columns,
 )
+from lodbench.harness.report.ratios import ratios
 from lodbench.kernels.stages.camera import TABLE_SIZE
 
 MODELS = ("teapot", "teacup", "elephant_gumbo")
@@ -27,9 +29,11 @@ DRAW = Draw(TABLE_SIZE, apart=True)
 GST, ZONE, NONE = "gst", "gst_zone_reuse", "gst_no_reuse"
 POINTS = "vst_positions"
 SHADERS = ("gl_vst", "gl_gst", "gl_bezier_tessellation")
-BASELINES = (GST, NONE, "numpy_bezier", "scipy_bspline", "vst_one_core", *SHADERS)
+FLAT = "flat_patches"
+BASELINES = (GST, NONE, "numpy_bezier", "scipy_bspline", "splipy", "vst_one_core", *SHADERS)
 SHADED_LEVELS = (4, 5)
 WHOLE = Draw(TABLE_SIZE)
+ALONE = ((False, 7), (True, 7), (True, 5))  # normals, level
 ARRAYS = ("one model, positions", "one model, with normals")
 REUSE = {GST: "zone and row", ZONE: "zone", NONE: "none"}
 
@@ -49,12 +53,12 @@ def _scene(model: str, level: int) -> Group:
     return Group(_scene_name(model, COPIES), subjects, facts, weight=weight, standin_ok=True)
 
 
-def _alone(normals: bool) -> Group:
-    size: dict[str, Any] = {"level": 7, "normals": normals}
+def _alone(normals: bool, level: int) -> Group:
+    size: dict[str, Any] = {"level": level, "normals": normals}
     subjects = tuple(Subject(name, size) for name in ("vst", "gst", "numpy_bezier"))
-    if not normals:
-        subjects += (Subject("scipy_bspline", {"level": size["level"]}),)
-    facts = {"scene": ARRAYS[normals], "level": 7}
+    others = (FLAT,) if normals else ("scipy_bspline", "splipy")
+    subjects += tuple(Subject(name, {"level": level}) for name in others)
+    facts = {"scene": ARRAYS[normals], "level": level}
     return Group(MODELS[0], subjects, facts, weight=2.0, standin_ok=True)
 
 
@@ -79,7 +83,7 @@ def _scene_name(model: str, copies: int) -> str:
 
 
 def groups(quick: bool) -> list[Group]:
-    """Each scene at each level, whole frames against a driver's shaders, then a teapot with 128 x 128 cells to a patch.
+    """Each scene at each level, whole frames against a driver's shaders, then a teapot by itself.
 
     `quick` has the teapots alone, against shaders one teapot.
     """
@@ -88,7 +92,18 @@ def groups(quick: bool) -> list[Group]:
     made.append(_shaded(MODELS[0], 1, SHADED_LEVELS[-1], drawn=False))
     if not quick:
         made += [_shaded(model, COPIES, SHADED_LEVELS[-1]) for model in MODELS]
-    return [*made, *(_alone(normals) for normals in (False, True))]
+    return [*made, *(_alone(normals, level) for normals, level in ALONE)]
+
+
+def _flat_rate(entry: Entry, vertices: int) -> Row:
+    """Vertices per second over those of the flat pattern, which has a column more of them."""
+    flat = entry.group.subjects.get(FLAT)
+    theirs = flat.counters.get("vertices") if flat else None
+    found = ratios(entry.group, entry.subject, [FLAT])
+    keys = {f"ratio_to_{FLAT}{end}": f"rate_to_{FLAT}{end}" for end in ("", "_low", "_high")}
+    if not theirs or found[f"ratio_to_{FLAT}"] is None:
+        return {}
+    return {name: found[key] * vertices / theirs for key, name in keys.items()}
 
 
 def own(entry: Entry) -> Mapping[str, Any]:
@@ -100,6 +115,7 @@ def own(entry: Entry) -> Mapping[str, Any]:
     drawn = str(row.get("scene")).endswith("drawn")
     if vertices and wall and not drawn:
         more["vertices_per_s"] = vertices / wall
+        more |= _flat_rate(entry, vertices)
     if entry.subject.system == "gst":
         more["reused"] = REUSE[entry.subject.label]
     if wall and drawn:  # a sample is a whole frame
@@ -132,6 +148,7 @@ TABLE = Table(
         Column("vertices_per_s", "vertices per second", "1/s", brief=True),
         Column("stored_bytes", "stored", "B"),
         *ratio_columns(BASELINES, shown=(GST, "numpy_bezier", *SHADERS)),
+        *interval_columns(f"rate_to_{FLAT}", "rate over the flat pattern's", "over it, "),
         *brief(frame_ratio_columns([GST])),
         Column("published_frame_fps", "published fps", "1/s"),
         Column("driver", "driver"),
@@ -146,6 +163,8 @@ TABLE = Table(
         "reuse, a zone evaluates the surface by powers once and each row its curve; without, every sample begins with "
         "the control points. Triangles are the same for all.",
         "numpy_bezier is two matrix products for points; its normals take three passes more. "
-        "scipy_bspline makes points alone, in float64.",
+        "scipy_bspline and splipy make points alone, in float64.",
+        "The flat pattern evaluates two flat triangles between the corners of each patch: as many triangles, more "
+        "vertices. It is compared by vertices per second, points and normals.",
     ),
 )

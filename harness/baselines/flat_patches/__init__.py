@@ -1,7 +1,7 @@
-"""The flat refinement pattern over the corners of Bezier patches: what writing so many points and normals takes at the least.
+"""The flat refinement pattern over the corners of Bezier patches: the rate beside which tessellations stand.
 
-A patch is two flat triangles between its corners, each under a triangular pattern of 2^level segments: as many triangles
-as a tessellation has, (n + 1)(n + 2) vertices to a patch where that has (n + 1)^2. It is another surface.
+A patch is two flat triangles between its corners, each under a triangular pattern of 2^level segments: as many
+triangles as a tessellation has, and (n + 1)(n + 2) vertices to a patch where that has (n + 1)^2. It is another surface.
 
 Source: Boubekeur & Schlick 2005, section 3.2.
 """

@@ -55,6 +55,17 @@ def test_samples_of_drawn_groups_are_whole_frames():
     assert rows["gl_vst"]["driver"] == "a driver"
 
 
+def test_rate_over_the_flat_pattern_counts_vertices():
+    found = group(
+        subject("vst", [0.002] * 10, counters={"triangles": 1000, "vertices": 600}),
+        subject("flat_patches", [0.001] * 10, counters={"triangles": 1000, "vertices": 660}),
+        table="rc13_figures_2_10_to_2_13",
+    )
+    rows, _ = rows_of("rc13_figures_2_10_to_2_13", found)
+    assert rows["vst"]["rate_to_flat_patches"] == pytest.approx(0.5 * 600 / 660)
+    assert rows["flat_patches"]["rate_to_flat_patches"] is None
+
+
 def test_a_draw_takes_its_share_of_the_frame():
     counters = {"triangles": 1000, "draws": 4}
     found = group(
