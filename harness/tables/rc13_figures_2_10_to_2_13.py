@@ -30,7 +30,7 @@ GST, ZONE, NONE = "gst", "gst_zone_reuse", "gst_no_reuse"
 POINTS = "vst_positions"
 SHADERS = ("gl_vst", "gl_gst", "gl_bezier_tessellation")
 FLAT = "flat_patches"
-BASELINES = (GST, NONE, "numpy_bezier", "scipy_bspline", "splipy", "vst_one_core", *SHADERS)
+BASELINES = (GST, NONE, "dx11", "numpy_bezier", "scipy_bspline", "splipy", "vst_one_core", *SHADERS)
 SHADED_LEVELS = (4, 5)
 WHOLE = Draw(TABLE_SIZE)
 ALONE = ((False, 7), (True, 7), (True, 5))  # normals, level
@@ -46,6 +46,7 @@ def _scene(model: str, level: int) -> Group:
         Subject("gst", {**size, "reuse": "zone"}, ZONE),
         Subject("gst", {**size, "reuse": "none"}, NONE),
         Subject("vst", size, "vst_one_core", one_core=True),
+        Subject("dx11", size, draw=DRAW),
         Subject("numpy_bezier", size),
     )
     facts = {"scene": f"S{COPIES} {model}", "level": level}
@@ -147,9 +148,9 @@ TABLE = Table(
         Column("vertices_out", "vertices written"),
         Column("vertices_per_s", "vertices per second", "1/s", brief=True),
         Column("stored_bytes", "stored", "B"),
-        *ratio_columns(BASELINES, shown=(GST, "numpy_bezier", *SHADERS)),
+        *ratio_columns(BASELINES, shown=(GST, "dx11", "numpy_bezier", *SHADERS)),
         *interval_columns(f"rate_to_{FLAT}", "rate over the flat pattern's", "over it, "),
-        *brief(frame_ratio_columns([GST])),
+        *brief(frame_ratio_columns([GST, "dx11"])),
         Column("published_frame_fps", "published fps", "1/s"),
         Column("driver", "driver"),
         *STATUS_COLUMNS,
@@ -162,6 +163,8 @@ TABLE = Table(
         "A geometry shader emits strips, so inner rows are written twice, in zones of at most 1024 numbers. With "
         "reuse, a zone evaluates the surface by powers once and each row its curve; without, every sample begins with "
         "the control points. Triangles are the same for all.",
+        "dx11 cuts patches as the tessellator of DirectX 11 does, here by equal whole factors, and evaluates every "
+        "vertex by itself, as its domain shader does.",
         "numpy_bezier is two matrix products for points; its normals take three passes more. "
         "scipy_bspline and splipy make points alone, in float64.",
         "The flat pattern evaluates two flat triangles between the corners of each patch: as many triangles, more "
