@@ -14,11 +14,11 @@ def cut(factor: NDArray[np.floating], spacing: str) -> tuple[Doubles, NDArray[np
     Source: OpenGL 4.0 specification, section 2.12: clamped to what the spacing allows, rounded up to a whole, odd or
     even number.
     """
-    factor = np.maximum(np.asarray(factor, np.float64), 2.0 if spacing == "even" else 1.0)
-    whole = np.ceil(factor).astype(np.int64)
+    used = np.maximum(factor, 2.0 if spacing == "even" else 1.0).astype(np.float64)
+    whole = np.ceil(used).astype(np.int64)
     if spacing == "integer":
         return whole.astype(np.float64), whole
-    return factor, whole + (whole % 2 == (spacing == "even"))
+    return used, whole + (whole % 2 == (spacing == "even"))
 
 
 def place(k: NDArray[np.int64], factor: float, segments: int) -> Doubles:
