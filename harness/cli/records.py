@@ -1,4 +1,4 @@
-"""Commands on what was measured: report, compare."""
+"""Commands on what was measured: report, claims, compare."""
 
 from __future__ import annotations
 
@@ -32,6 +32,31 @@ def report(
     for document in made:
         say(str(folder / "tables" / f"{document['id']}.md"))
     say(str(page) if page else derive.NO_REPORT)
+
+
+@app.command()
+def claims(
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder.")],
+    json_output: JsonOption = False,
+) -> None:
+    """What the papers claim, what was published and measured, and the verdict: from a run's records.
+
+    Example: lodbench claims run_a
+    """
+    from lodbench.harness.record.record import read_run
+    from lodbench.harness.report import claims as judge
+
+    found = judge.verdicts(read_run(folder))
+    if json_output:
+        say_json(found)
+        return
+    for one in found:
+        say(f"{one['claim']} ({one['source']})")
+        words = [one["verdict"], one["reason"]]
+        for label, text in (("published", one["published"]), ("measured", one["measured"])):
+            if text:
+                say(f"  {label}: {text}")
+        say(f"  {': '.join(filter(None, words))}")
 
 
 @app.command()
