@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 from lodbench.kernels.parameters import Range
 from lodbench.kernels.targets import Target
@@ -20,6 +20,9 @@ class Params(Target):
     Attributes:
         max_error: share of the bounding-box diagonal that no point of either surface may be away from the other; it may
             stand beside a target, and what is met first counts.
+        form: "blocks", each collapsed by a core, one edge after the other; "rounds" of collapses all over the mesh,
+            as a GPU has them, of the same quality; "auto": blocks on CPUs, rounds elsewhere. Block, sweeps and gain are
+            those of blocks alone.
         block: most triangles of a block; what fits a core's cache is fastest.
         sweeps: in which the target is to be met; as many more follow where it is not.
         gain: a sweep's share of triangles to go times this is the share of edges that it may collapse.
@@ -35,6 +38,7 @@ class Params(Target):
     """
 
     max_error: Annotated[float, Range(0)] | None = None
+    form: Literal["auto", "blocks", "rounds"] = "auto"
     block: Annotated[int, Range(16, 4096)] = 1500
     sweeps: Annotated[int, Range(1, 64)] = 3
     gain: Annotated[float, Range(0, 2, open="low")] = 0.8
@@ -58,6 +62,19 @@ class Params(Target):
         """Is a number of triangles to be met? With an error alone there is none."""
         counted = self.target_count is not None or self.target_reduction is not None
         return counted or self.max_error is None
+
+    def form_on(self, cpu: bool) -> str:
+        """The form on a device that is a CPU, or none. What rounds have not yet, limits and weights, is for blocks."""
+        blocks = (
+            self.max_error is not None or self.normal_weight or self.uv_weight or self.colour_weight
+        )
+        if self.form == "auto":
+            return "blocks" if cpu or blocks else "rounds"
+        if blocks and self.form == "rounds":
+            raise ValueError(
+                "form: expected blocks or auto with max_error or weights, got 'rounds'"
+            )
+        return self.form
 
     def left(self, triangle_count: int) -> int:
         """Triangles that may be left of so many."""

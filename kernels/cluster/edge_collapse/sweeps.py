@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from lodbench.kernels.cluster.edge_collapse.bound import Limit
 from lodbench.kernels.cluster.edge_collapse.params import Params
 
-ASKED = 16  # blocks whose costs are enough to tell what edges may cost
+ASKED = 4  # blocks whose costs are enough to tell what edges may cost
 ROOM = 1.5  # the grid's edge, times the mesh's: by what is left it is shifted between sweeps
 SHIFTS = (0.8191725134, 0.6710436067, 0.5497004779)  # multiples whose fractions keep their distance
 MOST_BITS = 6  # of cells along an axis
