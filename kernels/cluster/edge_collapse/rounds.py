@@ -40,7 +40,7 @@ class Rounds(EdgeCollapse):
     ids         uint  [vertices]           the vertex of the mesh
     starts      uint  [vertices + 1]       of the rings
     ring        uint  [2 * corners]        next, previous vertex of each triangle at a vertex
-    costs       float [corners]            of the edge to the next one
+    costs       float [corners + 8]        of the edge to the next one
     rim_costs   float [vertices]           of the edge that comes over the border
     ```
 
@@ -61,7 +61,7 @@ class Rounds(EdgeCollapse):
                 "ids": make("ids", n, np.uint32),
                 "starts": make("starts", n + 1, np.uint32),
                 "ring": make("ring", (3 * m, 2), np.uint32),
-                "costs": make("costs", 3 * m, np.float32),
+                "costs": make("costs", 3 * m + 8, np.float32),
                 "rim_costs": make("rim_costs", n, np.float32),
             }
             for _ in range(2)
@@ -108,7 +108,6 @@ class Rounds(EdgeCollapse):
             "border_weight": params.border_weight, "keep_border": int(params.preserve_border),
             "crease": params.crease_cosine,
         }  # fmt: skip
-        best = self._round("geometry_best", generation)
         launches = [
             self._round("vertex_quadrics", generation, **held),
             self._round("geometry_costs", generation),
@@ -118,7 +117,7 @@ class Rounds(EdgeCollapse):
         for number in range(PASSES):
             turn = {"pass": number}
             launches += [
-                best,
+                self._round("geometry_best", generation, **turn),
                 self._round("select_edges", generation, turn_limit=cosine * cosine, **turn),
                 self._round("apply_winners", generation, **turn, **going),
             ]
@@ -173,5 +172,6 @@ def prepare(
 ) -> Rounds:
     """As `host.prepare` does, in rounds."""
     with upload.setup.host("build"):
-        upload.program = upload.device.build(*FILES)
+        many = 64 if upload.device.is_cpu else 8
+        upload.program = upload.device.build(*FILES, defines={"MANY": many})
     return Rounds(upload, params, target, locked, recorded)

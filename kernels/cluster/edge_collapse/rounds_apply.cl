@@ -12,7 +12,7 @@
 // Writes    places        float4[vertices]
 //           degrees       uint[vertices]
 //           absorbed      uint[vertices]
-//           touched       uchar[vertices]           1: its ring changed
+//           touched       uchar[vertices]           CHANGED
 //           points        float4[vertex_count]      as the blocks leave them
 //           parents       uint[vertex_count]
 //           sequence      uint4[vertex_count]       round, pass, cost, vertex
@@ -35,7 +35,7 @@ INLINE void apply_touch(__global const uint2 *restrict ring, const uint2 range, 
 {
     for (uint e = range.x; e < range.y; ++e) {
         const uint2 w = ring[e];
-        touched[w.x] = touched[w.y] = 1; // by others too, all of them alike
+        touched[w.x] = touched[w.y] = CHANGED; // by others too, all of them alike
         if (first && (w.x == other || w.y == other)) atomic_dec(degrees + (w.x == other ? w.y : w.x));
     }
 }

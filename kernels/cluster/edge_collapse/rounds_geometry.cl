@@ -9,7 +9,7 @@
 //           kinds       uchar[vertices]
 //           rims        uint[vertices]
 //           touched     uchar[vertices]
-// Writes    costs       float[corners]            of the edge to the next vertex; STALE where it is none to collapse
+// Writes    costs       float[corners + 8]        of the edge to the next vertex; STALE where it is none to collapse
 //           rim_costs   float[vertices]           of that from the rim
 //           histograms  uint[BINS * chunk_count]  edges of each chunk by cost, by either end
 //           totals      uint[BINS]                of all chunks; zeros but between costs and plan
@@ -17,9 +17,8 @@
 //           best        uint2[vertices]           the least edge at a vertex: cost's bits, other end; NONE
 //           state       uint[16]
 // Needs     cluster/edge_collapse/rounds_state.cl cluster/edge_collapse/plan.cl
+// Defines   MANY        edges that are asked in one go, a multiple of eight: a CPU's pipeline wants several eights
 // Plain     cluster/edge_collapse/rounds_reference.py
-
-#define MANY 64  // edges, so that eight and eight follow each other without a branch
 
 // edges to be asked, `count` of so many: the lesser end first, so that both ends are told the same bits; where the costs go
 typedef struct {
@@ -122,6 +121,18 @@ __kernel void edge_collapse_rounds_geometry_plan(
     ++state[SWEEPS];
 }
 
+// the least of the costs as bits, eight at once; there is room to read eight past the last
+INLINE uint geometry_least(__global const float *restrict costs, const uint begin, const uint past)
+{
+    const uint8 lane = (uint8)(0, 1, 2, 3, 4, 5, 6, 7);
+    uint8 least = NONE;
+    for (uint e = begin; e < past; e += 8)
+        least = min(least, lane < (uint8)(past - e) ? as_uint8(vload8(0, costs + e)) : (uint8)(NONE));
+    const uint4 four = min(least.lo, least.hi);
+    const uint2 two = min(four.lo, four.hi);
+    return min(two.x, two.y);
+}
+
 __kernel void edge_collapse_rounds_geometry_best(
     __global const uint *restrict starts,
     __global const uint2 *restrict ring,
@@ -131,6 +142,7 @@ __kernel void edge_collapse_rounds_geometry_best(
     __global const float *restrict rim_costs,
     __global const uint *restrict state,
     __global uint2 *restrict best,
+    const uint pass,
     const uint generation,
     const uint chunk_count)
 {
@@ -138,15 +150,25 @@ __kernel void edge_collapse_rounds_geometry_best(
     if (chunk >= chunk_count || state[DONE]) return;
 
     const uint2 rows = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
-    const uint threshold = min(state[THRESHOLD], as_uint(INFINITY) - 1);
+    const uint threshold = min(state[THRESHOLD], as_uint(INFINITY) - 1) + 1;
     for (uint v = rows.x; v < rows.y; ++v) {
+        const uint own = touched[v];
+        if (pass) { // most are as they were
+            const uint before = best[v].y;
+            if (before == NONE || !(own | (touched[before] & CHANGED))) continue;
+        }
         uint2 least = (uint2)(threshold, NONE);
         const uint begin = starts[v], past = starts[v + 1], rim = rims[v];
-        for (uint e = begin; !touched[v] && e < past + (rim != NONE); ++e) {
+        if (!pass) least.x = min(threshold, min(geometry_least(costs, begin, past), as_uint(rim_costs[v])));
+        if (own & CHANGED || (!pass && least.x == threshold)) {
+            best[v] = (uint2)(NONE);
+            continue;
+        }
+        for (uint e = begin; e < past + (rim != NONE); ++e) {
             const uint cost = as_uint(e < past ? costs[e] : rim_costs[v]);
-            if (cost > least.x) continue;
+            if (cost > least.x || cost == threshold) continue;
             const uint w = e < past ? ring[e].x : rim;
-            if (touched[w] || (cost == least.x && least.y != NONE && !ring_before(v, w, v, least.y))) continue;
+            if (touched[w] & CHANGED || (cost == least.x && least.y != NONE && !ring_before(v, w, v, least.y))) continue;
             least = (uint2)(cost, w);
         }
         best[v] = least;

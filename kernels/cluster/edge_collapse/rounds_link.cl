@@ -32,12 +32,15 @@ INLINE uint link_gone(__global const uint *restrict starts, __global const uint2
     for (uint e = two.x; e < two.y; ++e) {
         const uint2 w = ring[e];
         back += (w.x == u) + (w.y == u);
-        common += w.x != u && link_has(ring, one, w.x, rim_u);
-        if (rim_v && w.y != u && !link_has(ring, two, w.y, false)) common += link_has(ring, one, w.y, rim_u);
+        // each once, though a crowded edge has it twice
+        const uint2 before = (uint2)(two.x, e);
+        if (w.x != u && link_has(ring, one, w.x, rim_u)) common += !link_has(ring, before, w.x, false);
+        if (rim_v && w.y != u && !link_has(ring, two, w.y, false) && link_has(ring, one, w.y, rim_u))
+            common += !link_has(ring, before, w.y, true);
     }
     const bool along = rim_u && rim_v;
     const uint expected = along ? 1 : 2, least = rim_u || rim_v ? 1 : 3;
-    if (gone != expected || back != expected || common != expected || next == last) return 0;
+    if (gone != expected || back != expected || common != expected) return 0;
     const uint opposite = next == NONE ? last : next;
     if (along && starts[opposite + 1] - starts[opposite] < 2) return 0;
     return one.y - one.x + two.y - two.x < 2 * gone + least ? 0 : gone;

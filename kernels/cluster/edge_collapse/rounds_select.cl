@@ -12,6 +12,7 @@
 //           best          uint2[vertices]
 // Writes    costs         float[corners]            INFINITY where the edge may not go, until its rings change
 //           rim_costs     float[vertices]
+//           touched       uchar[vertices]           REFUSED
 //           winners       uint4[vertices]           of each chunk at the front of its room: both ends, triangles, cost
 //           spots         float4[vertices]          where the vertex then lies
 //           winner_count  uint[chunk_count]
@@ -68,6 +69,7 @@ __kernel void edge_collapse_rounds_select_edges(
     __global const uint2 *restrict best,
     __global float *restrict costs,
     __global float *restrict rim_costs,
+    __global uchar *restrict touched,
     __global uint4 *restrict winners,
     __global float4 *restrict spots,
     __global uint *restrict winner_count,
@@ -95,6 +97,7 @@ __kernel void edge_collapse_rounds_select_edges(
         const float3 place = gone ? select_place(places, planes, u, v) : (float3)(0.0f);
         if (!gone || link_turns(places, ring, one, places[u].xyz, v, place, turn_limit)
             || link_turns(places, ring, two, places[v].xyz, u, place, turn_limit)) {
+            touched[u] = touched[v] = REFUSED;
             select_ban(ring, one, rims, u, v, costs, rim_costs);
             select_ban(ring, two, rims, v, u, costs, rim_costs);
             continue;

@@ -16,6 +16,8 @@
 #define STALE -1.0f  // a cost to be found anew; as bits it is above every cost
 #define RIM 1u       // kinds of vertices: on the border
 #define FIXED 2u     // it stays where it is
+#define CHANGED 1u   // what touched a vertex: its ring is another
+#define REFUSED 2u   // its least edge may not go
 
 // columns of eight records of four numbers, `stride` such records apart
 INLINE fours8 ring_columns(__global const float4 *restrict records, const uint stride, const uint *v)

@@ -11,7 +11,7 @@
 //           rims      uint[vertices]        the neighbour over a border edge that comes to the vertex; NONE
 //           degrees   uint[vertices]        triangles
 //           absorbed  uint[vertices]        NONE: the vertex that went to it in this round
-//           touched   uchar[vertices]       0: did its ring change in this round?
+//           touched   uchar[vertices]       0: what touched it in this round
 // Needs     cluster/edge_collapse/rounds_state.cl
 // Plain     cluster/edge_collapse/rounds_reference.py
 
