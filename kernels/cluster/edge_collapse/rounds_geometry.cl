@@ -72,6 +72,7 @@ __kernel void edge_collapse_rounds_geometry_costs(
     const uint2 rows = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
     __global uint *histogram = histograms + (size_t)chunk * BINS;
     for (uint i = 0; i < BINS; ++i) histogram[i] = 0;
+    const float enough = fmax(LAZY * as_float(state[THRESHOLD]), -STALE);
     Asked asked;
     asked.count = 0;
     // each edge by both ends; one whose cost was kept, since nothing near it changed, is counted alone
@@ -82,11 +83,12 @@ __kernel void edge_collapse_rounds_geometry_costs(
             const bool inside = e < past;
             const uint w = inside ? ring[e].x : rim;
             const float kept = inside ? costs[e] : rim_costs[v];
-            if (kept >= 0.0f && kept < INFINITY) ++histogram[cost_bin(kept)];
+            const bool asks = kept < 0.0f && -kept <= enough;
+            if (!asks && fabs(kept) < INFINITY) ++histogram[cost_bin(fabs(kept))];
             asked.u[asked.count] = min(v, w);
             asked.v[asked.count] = max(v, w);
             asked.at[asked.count] = inside ? e : v | OF_RIM;
-            asked.count += !(kept >= 0.0f) & !(kinds[w] & FIXED) & (w != v);
+            asked.count += asks & !(kinds[w] & FIXED) & (w != v);
             if (asked.count == MANY) geometry_ask(&asked, places, planes, costs, rim_costs, histogram);
         }
     }
@@ -107,8 +109,8 @@ __kernel void edge_collapse_rounds_geometry_plan(
     for (uint i = 0; i < BINS; ++i) edges += totals[i];
     float share = least;
     if (state[SWEEPS] && !state[TRIED]) { // all that costs less than the threshold may not go: where that is all, none ever
-        state[DONE] = !edges || as_float(state[THRESHOLD]) == INFINITY;
         share = 2.0f * as_float(state[SHARE]);
+        state[DONE] = !edges || share >= 4.0f; // from 2 on the costs, too, were found with the threshold open
     }
     float cost = INFINITY;
     if (share < 1.0f) plan_bin(totals, share * edges, &cost);

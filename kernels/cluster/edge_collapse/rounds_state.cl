@@ -13,7 +13,8 @@
 
 #define PASSES 3
 #define NONE 0xFFFFFFFFu
-#define STALE -1.0f  // a cost to be found anew; as bits it is above every cost
+#define STALE (-1e-37f) // a cost to be found anew, as all negative ones: as bits they are above every cost
+#define LAZY 2.0f     // what cost more than so many times the threshold need not be found anew yet
 #define RIM 1u       // kinds of vertices: on the border
 #define FIXED 2u     // it stays where it is
 #define CHANGED 1u   // what touched a vertex: its ring is another
@@ -47,4 +48,12 @@ INLINE bool ring_before(const uint a, const uint b, const uint c, const uint d)
     const uint hash = (low * 2654435761u ^ high) * 2246822519u, other = (other_low * 2654435761u ^ other_high) * 2246822519u;
     if (hash != other) return hash < other;
     return low != other_low ? low < other_low : high < other_high;
+}
+
+// an edge's cost after a round: kept where no ring changed, else kept as the one before, negative; to be found anew where
+// an end is `joined` from two, or where the edge was not allowed
+INLINE float ring_cost(const float cost, const bool changed, const bool joined)
+{
+    const float before = fabs(cost);
+    return !changed ? cost : joined || !(before < INFINITY) ? STALE : -before;
 }
