@@ -9,9 +9,10 @@ in the next. In the last sweeps each block has a quota, by the number of its che
 two blocks change the same vertex: any number of cores gives the same.
 
 Quadrics are made anew from the mesh as it is in every sweep and added up within one. They are kept about their own
-vertices, where b and c begin as zero, so that float32 is enough. An edge goes only where the surface stays what it was
-(the link condition, with the border as one more vertex) and no triangle turns by more than a limit. Planes upright on
-border edges hold the border.
+vertices, where b and c begin as zero, so that float32 is enough; half of the volume is made up for that a collapse
+would take away. An edge goes only where the surface stays what it was (the link condition, with the border as one more
+vertex; where it is no surface, edges of many triangles go too) and no triangle turns by more than a limit. Planes
+upright on border edges hold the border. A closed part of the mesh ends as four triangles at the least: none is lost.
 
 In **rounds**, the form for GPUs, every edge has its cost in every round. One goes where no edge at its ends or at their
 neighbours costs less, and where it costs no more than a quantile of all: then no triangle touches two that go, so that
@@ -22,10 +23,10 @@ edge whose rings did not change keeps its cost, or that it may not go. The last 
 `collapses` gives the collapses in a valid order, and `replay` any level of detail out of these.
 
 Source: Garland & Heckbert, Surface Simplification Using Quadric Error Metrics, SIGGRAPH 97 (section 6 for border
-planes); quadrics of the current mesh after Lindstrom & Turk, Fast and Memory Efficient Polygonal Simplification, 1998;
-link condition of Dey, Edelsbrunner, Guha & Nekhayev 1999. Blocks, the shared threshold, shifts and quotas are of our
-own design, and so are the rounds; the constants of blocks were chosen on bunny_closed_70k, armadillo_86k, rocker_arm
-and a sphere, those of rounds on fandisk, armadillo_86k and dragon_100k.
+planes); quadrics of the current mesh and volume after Lindstrom & Turk, Fast and Memory Efficient Polygonal
+Simplification, 1998; link condition of Dey, Edelsbrunner, Guha & Nekhayev 1999. Blocks, the shared threshold, shifts
+and quotas are of our own design, and so are the rounds; the constants of blocks were chosen on bunny_closed_70k,
+armadillo_86k, rocker_arm, mountain_od and a sphere, those of rounds on fandisk, armadillo_86k and dragon_100k.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ class Params(Target):
         block: most triangles of a block; what fits a core's cache is fastest.
         sweeps: in which the target is to be met; as many more follow where it is not.
         gain: a sweep's share of triangles to go times this is the share of edges that it may collapse.
-        normal_limit: degrees by which no triangle may turn in one collapse.
+        normal_limit: degrees by which no triangle may turn in one collapse; 90 where the target is else missed.
         border_weight: of the planes upright on border edges and creases, times the square of their length; 0 is none.
         preserve_border: leave border vertices where they are.
         crease_angle: degrees between the normals of two triangles from which on their edge is held like a border; None
