@@ -113,13 +113,15 @@ class Rounds(EdgeCollapse):
             self._round("geometry_costs", generation),
             self._round("geometry_plan", generation, least=SHARE),
         ]
-        going = {"target": self.target, "recorded": int(self._recorded)}
+        aim = {"target": self.target}
         for number in range(PASSES):
             turn = {"pass": number}
             launches += [
                 self._round("geometry_best", generation, **turn),
-                self._round("select_edges", generation, turn_limit=cosine * cosine, **turn),
-                self._round("apply_winners", generation, **turn, **going),
+                self._round("select_edges", generation, turn_limit=cosine * cosine, **turn, **aim),
+                self._round(
+                    "apply_winners", generation, recorded=int(self._recorded), **turn, **aim
+                ),
             ]
         return [
             *launches,

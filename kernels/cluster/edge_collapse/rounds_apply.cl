@@ -67,9 +67,7 @@ __kernel void edge_collapse_rounds_apply_winners(
     if (chunk >= chunk_count || state[DONE]) return;
 
     const uint count = state[VERTICES + generation];
-    uint live = state[LIVE];
-    for (uint i = 0; i < pass; ++i) live -= state[GONE + i];
-    const uint2 cuts_at = apply_cut(cuts + pass * BINS, live > target ? live - target + 1 & ~1u : 0);
+    const uint2 cuts_at = apply_cut(cuts + pass * BINS, ring_most(state, target, pass));
     const uint cut = cuts_at.x, left = cuts_at.y;
     uint before = 0, gone = 0, collapses = 0; // triangles at the cut's bin, in the order of vertices
     for (uint c = 0; cut < BINS && c < chunk; ++c) {

@@ -26,10 +26,8 @@ __kernel void edge_collapse_rounds_compact_sum(
 {
     const uint chunk = get_global_id(0);
     if (chunk >= chunk_count || state[DONE]) return;
-    uint live = state[LIVE];
-    for (uint i = 0; i < PASSES; ++i) live -= state[GONE + i];
     // others may see this already: all that follows is of no use then
-    if (chunk == 0 && live <= target) atomic_or(state + DONE, 1u);
+    if (chunk == 0 && !ring_most(state, target, PASSES)) atomic_or(state + DONE, 1u);
 
     const uint2 range = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
     uint2 sum = (uint2)(0, 0);

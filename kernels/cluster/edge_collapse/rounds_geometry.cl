@@ -73,6 +73,7 @@ __kernel void edge_collapse_rounds_geometry_costs(
     __global uint *histogram = histograms + (size_t)chunk * BINS;
     for (uint i = 0; i < BINS; ++i) histogram[i] = 0;
     const float enough = fmax(LAZY * as_float(state[THRESHOLD]), -STALE);
+    const bool again = state[SWEEPS] && state[STUBBORN] == state[SWEEPS]; // those that might not go may now
     Asked asked;
     asked.count = 0;
     // each edge by both ends; one whose cost was kept, since nothing near it changed, is counted alone
@@ -83,7 +84,7 @@ __kernel void edge_collapse_rounds_geometry_costs(
             const bool inside = e < past;
             const uint w = inside ? ring[e].x : rim;
             const float kept = inside ? costs[e] : rim_costs[v];
-            const bool asks = kept < 0.0f && -kept <= enough;
+            const bool asks = (kept < 0.0f && -kept <= enough) || (again && kept == INFINITY);
             if (!asks && fabs(kept) < INFINITY) ++histogram[cost_bin(fabs(kept))];
             asked.u[asked.count] = min(v, w);
             asked.v[asked.count] = max(v, w);
@@ -109,8 +110,12 @@ __kernel void edge_collapse_rounds_geometry_plan(
     for (uint i = 0; i < BINS; ++i) edges += totals[i];
     float share = least;
     if (state[SWEEPS] && !state[TRIED]) { // all that costs less than the threshold may not go: where that is all, none ever
-        share = 2.0f * as_float(state[SHARE]);
-        state[DONE] = !edges || share >= 4.0f; // from 2 on the costs, too, were found with the threshold open
+        share = edges ? 2.0f * as_float(state[SHARE]) : 4.0f;
+        if (share >= 4.0f && !state[STUBBORN]) {
+            state[STUBBORN] = state[SWEEPS] + 1;
+            share = 1.0f;
+        }
+        state[DONE] = share >= 4.0f; // from 2 on the costs, too, were found with the threshold open
     }
     float cost = INFINITY;
     if (share < 1.0f) plan_bin(totals, share * edges, &cost);

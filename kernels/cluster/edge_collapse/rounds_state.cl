@@ -7,6 +7,7 @@
 // Needs     common/chunk.cl common/transpose.cl cluster/edge_collapse/state.cl cluster/edge_collapse/fragment.cl
 
 #define VERTICES 1  // and the word after it: of the two generations
+#define STUBBORN 7  // the round after which triangles may turn by up to 90 degrees, since a target is missed; 0: none
 #define TRIED 9     // edges that won in this round, whether they went or not
 #define SHARE 12    // a float's bits: of the edges that may go in this round
 #define GONE 13     // and two words after it: triangles that went in each pass of this round
@@ -56,4 +57,12 @@ INLINE float ring_cost(const float cost, const bool changed, const bool joined)
 {
     const float before = fabs(cost);
     return !changed ? cost : joined || !(before < INFINITY) ? STALE : -before;
+}
+
+// triangles that may go before a pass of this round, an even number
+INLINE uint ring_most(__global const uint *restrict state, const uint target, const uint pass)
+{
+    uint live = state[LIVE];
+    for (uint i = 0; i < pass; ++i) live -= state[GONE + i];
+    return live > target ? live - target + 1 & ~1u : 0;
 }
