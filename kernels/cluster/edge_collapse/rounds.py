@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lodbench.kernels.cluster.edge_collapse.host import BINS, EdgeCollapse
-from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.opencl import Buffer, Launch, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
@@ -45,10 +44,12 @@ class Rounds(EdgeCollapse):
     ```
 
     Attributes:
-        limit: rounds at most, for tests.
+        most_rounds: of a frame, for tests.
     """
 
-    limit = MOST
+    files = FILES
+    defines: Mapping[str, int] = {"MANY": 64}
+    most_rounds = MOST
 
     def _sweeps(self, upload: Upload) -> None:
         """Rounds are enqueued while a frame runs: how many there will be the mesh tells."""
@@ -154,8 +155,8 @@ class Rounds(EdgeCollapse):
         share = max(self.target, 1) / max(self._triangles, 1)
         planned = max(int(math.log(share) / math.log(1 - RATE)), MORE)
         done, rounds = False, 0
-        while not done and rounds < self.limit:
-            for _ in range(min(planned, self.limit - rounds)):
+        while not done and rounds < self.most_rounds:
+            for _ in range(min(planned, self.most_rounds - rounds)):
                 for launch in self._rounds[rounds % 2]:
                     launch(timeline)
                 rounds += 1
@@ -163,17 +164,3 @@ class Rounds(EdgeCollapse):
             done = bool(self.device.read(self.state)[DONE])
         for step in self._enqueued[self._before :]:
             step.enqueue(timeline)
-
-
-def prepare(
-    upload: Upload,
-    params: Params,
-    target: int,
-    locked: NDArray[np.bool_] | None,
-    recorded: bool,
-) -> Rounds:
-    """As `host.prepare` does, in rounds."""
-    with upload.setup.host("build"):
-        many = 64 if upload.device.is_cpu else 8
-        upload.program = upload.device.build(*FILES, defines={"MANY": many})
-    return Rounds(upload, params, target, locked, recorded)

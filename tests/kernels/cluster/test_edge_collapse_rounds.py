@@ -15,7 +15,7 @@ from lodbench.kernels.cluster.edge_collapse import (
     rounds_reference,
     simplify,
 )
-from lodbench.kernels.cluster.edge_collapse.host import prepare
+from lodbench.kernels.cluster.edge_collapse.prepare import prepare
 from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.stages import scan
 from lodbench.kernels.system import run
@@ -38,7 +38,7 @@ THRESHOLD, STUBBORN = 6, 7  # words of the state
 def recorded(device, mesh, limit=rounds.MOST, **options):
     """A subject that has run, with its collapses as (round, pass, from, to, place) in the units of the mesh."""
     prepared = prepare(device, mesh, Params(**ROUNDS, **options), recorded=True)
-    prepared.limit = limit
+    prepared.most_rounds = limit
     run(device, prepared)
     parents, keys, moves = (
         device.read(b) for b in (prepared.parents, prepared.sequence, prepared.moves)
