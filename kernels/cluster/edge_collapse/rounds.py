@@ -87,6 +87,11 @@ class Rounds(EdgeCollapse):
             "points": self.points, "rows": self.rows, "parents": self.parents, "state": self.state,
             "block_live": self.block_live, "sequence": self.sequence, "moves": self.moves,
         }  # fmt: skip
+        self._shared |= {
+            "limits": make("limits", 1, np.float32),
+            "held": make("held", (1, 8), np.float32),
+        }
+        self._more = {"limited": 0, "holding": 0}
         self.fill("setup", self._shared["totals"], 0)
         self.add(self._round("ends_begin", 0, vertex_count=n))
         self.add(self._round("compact_sum", 0, target=self.target))
@@ -112,7 +117,7 @@ class Rounds(EdgeCollapse):
         launches = [
             self._round("vertex_quadrics", generation, **held),
             self._round("geometry_costs", generation),
-            self._round("geometry_plan", generation, least=SHARE),
+            self._round("geometry_plan", generation, least=SHARE, patient=self._more["limited"]),
         ]
         aim = {"target": self.target}
         for number in range(PASSES):
@@ -136,7 +141,7 @@ class Rounds(EdgeCollapse):
         old, new = self._made[generation], self._made[1 - generation]
         known: dict[str, Any] = {
             **self._shared, **old, **{f"new_{name}": buffer for name, buffer in new.items()},
-            "generation": generation, "chunk_count": self._chunks, **arguments,
+            "generation": generation, "chunk_count": self._chunks, **self._more, **arguments,
         }  # fmt: skip
         name = f"edge_collapse_rounds_{kernel}"
         wanted = [parameter.name for parameter in self._program.kernels[name]]

@@ -17,6 +17,8 @@
 //           parents       uint[vertex_count]
 //           sequence      uint4[vertex_count]       round, pass, cost, vertex
 //           moves         float4[vertex_count]
+//           limits        float[vertex_count]       where limited: the least of all that went to a vertex
+//           held          float8[vertex_count]      where attributes count: the sum of these
 //           state         uint[16]
 // Needs     cluster/edge_collapse/rounds_link.cl
 // Plain     cluster/edge_collapse/rounds_reference.py
@@ -56,7 +58,11 @@ __kernel void edge_collapse_rounds_apply_winners(
     __global uint *restrict parents,
     __global uint4 *restrict sequence,
     __global float4 *restrict moves,
+    __global float *restrict limits,
+    __global float8 *restrict held,
     __global uint *restrict state,
+    const uint limited,
+    const uint holding,
     const uint target,
     const uint recorded,
     const uint pass,
@@ -93,6 +99,8 @@ __kernel void edge_collapse_rounds_apply_winners(
         points[to].xyz = spot.xyz;
         points[from].w = 0.0f;
         parents[from] = to;
+        if (limited) limits[to] = fmin(limits[to], limits[from]);
+        if (holding) held[to] += held[from];
         if (recorded) {
             sequence[from] = (uint4)(state[SWEEPS], pass, edge.w, from);
             moves[from] = (float4)(spot.xyz, edge.z);

@@ -102,7 +102,8 @@ __kernel void edge_collapse_rounds_geometry_plan(
     __global uint *restrict totals,
     __global uint *restrict cuts,
     __global uint *restrict state,
-    const float least) // share of the edges that may go in a round
+    const float least, // share of the edges that may go in a round
+    const uint patient) // triangles turn no further in the end
 {
     if (get_global_id(0) > 0 || state[DONE]) return;
 
@@ -111,7 +112,7 @@ __kernel void edge_collapse_rounds_geometry_plan(
     float share = least;
     if (state[SWEEPS] && !state[TRIED]) { // all that costs less than the threshold may not go: where that is all, none ever
         share = edges ? 2.0f * as_float(state[SHARE]) : 4.0f;
-        if (share >= 4.0f && !state[STUBBORN]) {
+        if (share >= 4.0f && !patient && !state[STUBBORN]) {
             state[STUBBORN] = state[SWEEPS] + 1;
             share = 1.0f;
         }

@@ -10,6 +10,8 @@
 //           kinds         uchar[vertices]
 //           rims          uint[vertices]
 //           best          uint2[vertices]
+//           ids           uint[vertices]            the vertex of the mesh
+//           limits        float[vertex_count]       where limited: of the root of what a collapse costs there in the mean
 // Writes    costs         float[corners]            INFINITY where the edge may not go, until its rings change
 //           rim_costs     float[vertices]
 //           touched       uchar[vertices]           REFUSED
@@ -58,6 +60,12 @@ INLINE void select_merge(__global const float4 *restrict places, __global const 
     quadric_merge(&a, &b, merged);
 }
 
+// does the collapse cost more in the mean than the square of the limit?
+INLINE bool select_strays(const Quadrics *merged, const float limit)
+{
+    return merged->c.s0 > limit * limit * (merged->xx.s0 + merged->yy.s0 + merged->zz.s0);
+}
+
 __kernel void edge_collapse_rounds_select_edges(
     __global const float4 *restrict places,
     __global const uint *restrict starts,
@@ -66,6 +74,8 @@ __kernel void edge_collapse_rounds_select_edges(
     __global const uchar *restrict kinds,
     __global const uint *restrict rims,
     __global const uint2 *restrict best,
+    __global const uint *restrict ids,
+    __global const float *restrict limits,
     __global float *restrict costs,
     __global float *restrict rim_costs,
     __global uchar *restrict touched,
@@ -75,6 +85,7 @@ __kernel void edge_collapse_rounds_select_edges(
     __global uint *restrict cuts,
     __global uint *restrict state,
     const float turn_limit, // square of the cosine
+    const uint limited,
     const uint target,
     const uint pass,
     const uint generation,
@@ -97,13 +108,15 @@ __kernel void edge_collapse_rounds_select_edges(
         ++tried;
         const uint gone = link_gone(starts, ring, u, v, rim_u, rim_v);
         float3 place = 0.0f;
+        bool strays = false;
         if (gone) {
             Quadrics merged;
             select_merge(places, planes, u, v, &merged);
             link_level(places, starts, ring, u, v, &merged);
             place = (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
+            strays = limited && select_strays(&merged, fmin(limits[ids[u]], limits[ids[v]]));
         }
-        if (!gone || gone > most || link_turns(places, ring, one, places[u].xyz, v, place, limit)
+        if (!gone || gone > most || strays || link_turns(places, ring, one, places[u].xyz, v, place, limit)
             || link_turns(places, ring, two, places[v].xyz, u, place, limit)) {
             touched[u] = touched[v] = REFUSED;
             select_ban(ring, one, rims, u, v, costs, rim_costs);
