@@ -17,6 +17,7 @@ from lodbench.datasets_gen.arrays import (
     recentred,
     rows,
 )
+from lodbench.datasets_gen.nurbs_surface import NurbsModel
 
 Floats = NDArray[np.float32]
 Indices = NDArray[np.uint32]
@@ -184,66 +185,6 @@ class BezierPatches:
         finite("points", array, result)
         result.flags.writeable = False
         object.__setattr__(self, "points", result)
-
-
-@dataclass(frozen=True, eq=False)
-class NurbsSurface:
-    """One clamped tensor-product NURBS surface.
-
-    ```
-    points   (n_u, n_v, 3) float64   Cartesian, not multiplied by the weights
-    weights  (n_u, n_v)    float64   positive
-    knots_u  (n_u + degree_u + 1,) float64, non-decreasing; knots_v alike
-    ```
-    """
-
-    degree_u: int
-    degree_v: int
-    knots_u: NDArray[np.float64]
-    knots_v: NDArray[np.float64]
-    points: NDArray[np.float64]
-    weights: NDArray[np.float64]
-
-    if TYPE_CHECKING:
-
-        def __init__(
-            self,
-            degree_u: int,
-            degree_v: int,
-            knots_u: ArrayLike,
-            knots_v: ArrayLike,
-            points: ArrayLike,
-            weights: ArrayLike,
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        points = np.array(self.points, np.float64)
-        weights = np.array(self.weights, np.float64)
-        if points.ndim != 3 or points.shape[2] != 3:
-            raise ValueError(f"points: expected (n_u, n_v, 3) float64, got shape {points.shape}")
-        if weights.shape != points.shape[:2]:
-            raise ValueError(f"weights: expected shape {points.shape[:2]}, got {weights.shape}")
-        if not (np.isfinite(points).all() and np.isfinite(weights).all() and (weights > 0).all()):
-            raise ValueError("points, weights: expected finite points and positive weights")
-        object.__setattr__(self, "points", points)
-        object.__setattr__(self, "weights", weights)
-        degrees = {"knots_u": self.degree_u, "knots_v": self.degree_v}
-        for (name, degree), rows_along in zip(degrees.items(), points.shape, strict=False):
-            knots = np.array(getattr(self, name), np.float64)
-            count = rows_along + degree + 1
-            rising = np.isfinite(knots).all() and (np.diff(knots) >= 0).all()
-            if knots.shape != (count,) or not rising:
-                raise ValueError(
-                    f"{name}: expected {count} finite, non-decreasing knots, got shape {knots.shape}"
-                )
-            object.__setattr__(self, name, knots)
-
-
-@dataclass(frozen=True, eq=False)
-class NurbsModel:
-    """A set of NURBS surfaces, untrimmed."""
-
-    surfaces: tuple[NurbsSurface, ...]
 
 
 @dataclass(frozen=True, eq=False)

@@ -68,6 +68,7 @@ def _group(dataset: str, reduction: float) -> Group:
     ]
     subjects += [
         Subject(CALL, {**size, "manifold": True}, "clustering_manifold_call"),
+        Subject("edge_collapse", {**size, "form": "rounds"}, "edge_collapse_rounds"),
         Subject("edge_collapse", size, "edge_collapse_one_core", one_core=True),
         Subject(COLLAPSE, size),
         Subject(COLLAPSE, {**size, **CAREFUL}, CAREFULLY),
@@ -140,6 +141,7 @@ TABLE = Table(
         "whole call from arrays to arrays, search for the grid included; triangles that backed each other are gone.",
         "Between counts that differ by more than 5 % there is no ratio of times; errors stand beside their counts. "
         "pyfqmr is the algorithm of fast_simplification in another binding.",
+        "edge_collapse_rounds is edge_collapse in the form for GPUs: rounds of collapses all over the mesh at once.",
         "vtk_quadric_decimation, pyfqmr, manifold3d and MeshLib take too long for the generated surface to be in every "
         "run. manifold3d takes closed manifolds alone and has no target: its tolerance is found beforehand. MeshLib is "
         "free for non-commercial use only; nothing here installs it, and it has rows where it is there.",

@@ -8,6 +8,7 @@ from typing import Any
 import psutil
 
 from lodbench.datasets_gen.surfaces import BezierPatches
+from lodbench.kernels.bezier.adaptive import Adaptive
 from lodbench.kernels.bezier.lattice import side_vertices
 from lodbench.kernels.bezier.params import BezierParams
 from lodbench.kernels.bezier.tessellated import Tessellated, vertex_total
@@ -36,7 +37,7 @@ def _check_room(patches: int, params: BezierParams) -> None:
 
 
 def tessellator(
-    make: Callable[..., Tessellated], kind: type[BezierParams]
+    make: Callable[..., Tessellated | Adaptive], kind: type[BezierParams]
 ) -> Callable[..., Result]:
     """The verb `tessellate` of a system, made of its subject and its `Params`."""
 

@@ -23,7 +23,7 @@ from lodbench.kernels.cluster.edge_collapse.verdict import verdict
 from lodbench.kernels.cluster.unchanged import Unchanged
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.opencl import Device, Launch, Timeline
-from lodbench.kernels.stages.scan import chunk_count, chunk_local
+from lodbench.kernels.stages.scan import chunk_count, chunk_local, map_count
 from lodbench.kernels.subject import POINT, WORD, DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface
 from lodbench.kernels.targets import missed
@@ -116,27 +116,30 @@ class EdgeCollapse(DeviceSubject):
         locks = np.zeros(1, np.uint32) if locked is None else locked.astype(np.uint32)
         device, state = self.device, self.state
         self.add(lambda timeline: device.copy(timeline, "setup", begin, state), stage="setup")
+        maps, walkers = map_count(device, m)
+        degrees = self.allocate("degrees", (maps, n), np.uint32)
+        counted = {"degrees": degrees, "vertex_count": n, "map_count": maps}
+        self.fill("setup", degrees, 0)
         self.add(
-            self._chunked(
-                "setup_points", n, positions=upload.positions, 
-                locked=self.upload("locked", locks), locks=int(locked is not None),
-                points=self.points, loss=self.loss, parents=self.parents,
-                prescale=self._prescale, vertex_count=n,
+            self._launch(
+                "setup_rows", walkers, triangles=upload.triangles, rows=self.rows,
+                block_live=self.block_live, block=block, triangle_count=m, chunk_count=walkers, **counted,
             ),
-            bytes=(POINT + 6 * WORD) * n,
+            bytes=(POINT + 4 * WORD) * m,
         )  # fmt: skip
         self.add(
             self._chunked(
-                "setup_rows", m, triangles=upload.triangles, rows=self.rows, loss=self.loss,
-                block_live=self.block_live, block=block, triangle_count=m,
+                "setup_points", n, positions=upload.positions,
+                locked=self.upload("locked", locks), locks=int(locked is not None),
+                points=self.points, loss=self.loss, parents=self.parents,
+                prescale=self._prescale, **counted,
             ),
-            bytes=(POINT + 4 * WORD) * m,
+            bytes=(POINT + 6 * WORD) * n,
         )  # fmt: skip
         self._fold = self._chunked(
             "vertex_fold", n, points=self.points, loss=self.loss, state=self.state,
             block_live=self.block_live, target=self.target, vertex_count=n,
         )  # fmt: skip
-        self.add(self._fold, bytes=2 * WORD * n)
 
     def _sweeps(self, upload: Upload) -> None:
         """As many as may be needed; those after the target is met do nothing."""
@@ -192,7 +195,7 @@ class EdgeCollapse(DeviceSubject):
             self._add(scatter, bits=bits)
             self.add(sample)
             self._add(plan, goal=sweep.goal, gain=sweep.gain, least=sweep.least)
-            self.add(collapse)
+            self._add(collapse, turn_limit=0.0 if sweep.stubborn else cosine * cosine)
             self.add(self._fold)
 
     def _add(self, launch: Launch, **values: Any) -> None:
@@ -288,9 +291,12 @@ def prepare(
             "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
             **missed(target, mesh.triangle_count),
         }  # fmt: skip
-        return Unchanged(
-            device, mesh, upload.positions, upload.triangles, upload.setup, counters
-        )  # fmt: skip
+        setup = upload.setup
+        return Unchanged(device, mesh, upload.positions, upload.triangles, setup, counters)
+    if params.form_on(device.is_cpu) == "rounds":
+        from lodbench.kernels.cluster.edge_collapse import rounds  # derives from what is here
+
+        return rounds.prepare(upload, params, target, locked, recorded)  # pyright: ignore[reportReturnType]
     with upload.setup.host("build"):
         upload.program = device.build(*FILES, defines={"BLOCK": CAPACITY})
     return EdgeCollapse(upload, params, target, locked, recorded)
