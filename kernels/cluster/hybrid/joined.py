@@ -68,9 +68,7 @@ def joined(
     cells = clustered.vertex_count
     groups = Groups(positions, clustered.positions, vertex_map)
     groups.single(vertex_map == NO_VERTEX if locked is None else locked | (vertex_map == NO_VERTEX))
-    bad = np.zeros(cells, bool)
-    if locked is None:
-        bad = troubled(device, clustered.triangles, cells)
+    bad = troubled(device, clustered.triangles, cells)
     for _ in range(ROUNDS):
         groups.split(bad)
         left, rows = _join(device, triangles, groups.labels)
@@ -90,7 +88,7 @@ class Groups:
 
     Attributes:
         labels: (n,) uint32, the group of each vertex.
-        whole: (groups,), it cannot be split: it is a single vertex, or one of its vertices is about to be.
+        whole: (groups,), it is known to be a single vertex.
         apart: groups that are less than a cell.
     """
 
@@ -122,7 +120,7 @@ class Groups:
         """Split groups, (count,): a cell in eight by the middle of its vertices' box, a part into its vertices."""
         if not bad.any():
             return
-        there = np.flatnonzero(np.append(bad, False)[np.minimum(self.labels, np.uint32(len(bad)))])
+        there = np.flatnonzero(np.append(bad, np.zeros(self.count - len(bad), bool))[self.labels])
         halved = self._halved[self.labels[there]]
         self._add(there[halved])
         there = there[~halved]

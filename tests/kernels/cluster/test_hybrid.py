@@ -102,6 +102,8 @@ def test_locked_vertices_stay_where_they_are(device):
     )
     assert result.vertex_map is not None
     assert np.array_equal(result.mesh.positions[result.vertex_map[lock]], mesh.positions[lock])
+    found = topology(result.mesh)
+    assert found["euler"] == topology(mesh)["euler"] and not any(found[key] for key in SOUND)
     with pytest.raises(ValueError, match="lock: expected booleans"):
         simplify_mesh(device, mesh, target_count=9, method="hybrid", lock=lock[:3])
 
