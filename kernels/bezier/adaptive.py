@@ -87,7 +87,8 @@ class Adaptive(DeviceSubject):
     def build(self, *files: str, **defines: int) -> Program:
         """The system's kernels, by test and what else they are built with."""
         test, normals = TESTS[self._params.test], int(self._params.normals)
-        defines |= {"TEST": test, "NORMALS": normals, "STREAMING": 1}
+        measured = int(self._params.normals or self._params.test == "flat")
+        defines |= {"TEST": test, "NORMALS": normals, "ROW_NORMALS": measured, "STREAMING": 1}
         with self.setup.host("build"):
             self._program = self.device.build(*files, defines=defines)
         return self._program

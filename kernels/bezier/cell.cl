@@ -69,13 +69,19 @@ static inline uint bezier_highest(const uint bits) { return 31 - clz(bits); }
 static inline void bezier_cell_rows(float *points, float *normals, const bezier_patch *patch, const bezier_map map,
     const bezier_cell cell, const uint rows, const uint side, const bool with_normals)
 {
+    bezier_block block;
     for (uint i = 0; i < CELL_SIDE; ++i) {
+        const uint row = cell.i + i, lane = i % BEZIER_ROWS;
+        if (lane == 0 && rows >> i) bezier_block_of(&block, patch, map, row, with_normals);
         if (!(rows >> i & 1)) continue;
-        bezier_row row;
-        bezier_row_of(&row, patch, map, cell.i + i, with_normals);
-        bezier_points(points + 3 * CELL_SIDE * i, &row, map, cell.i + i, cell.j, CELL_SIDE, 16, side);
+        if (row == 0 || row == side - 1)
+            bezier_border(points + 3 * CELL_SIDE * i, &block, lane, map, cell.j, CELL_SIDE, 16);
+        else
+            bezier_points(points + 3 * CELL_SIDE * i, &block, lane, map, cell.j, CELL_SIDE, 16, side);
+#if ROW_NORMALS
         if (with_normals)
-            bezier_normals(normals + 3 * CELL_SIDE * i, &row, patch, map, cell.i + i, cell.j, CELL_SIDE, 16, side);
+            bezier_normals(normals + 3 * CELL_SIDE * i, &block, lane, patch, map, row, cell.j, CELL_SIDE, 16, side);
+#endif
     }
 }
 

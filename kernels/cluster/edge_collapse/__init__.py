@@ -32,8 +32,9 @@ armadillo_86k, rocker_arm, mountain_od and a sphere, those of rounds on fandisk,
 from __future__ import annotations
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse, prepare
+from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse
 from lodbench.kernels.cluster.edge_collapse.params import Params
+from lodbench.kernels.cluster.edge_collapse.prepare import prepare
 from lodbench.kernels.cluster.edge_collapse.replay import Collapses, collapses, replay
 from lodbench.kernels.cluster.edge_collapse.simplify import simplify
 from lodbench.kernels.system import System

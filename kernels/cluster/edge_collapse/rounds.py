@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lodbench.kernels.cluster.edge_collapse.host import BINS, EdgeCollapse
-from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.opencl import Buffer, Launch, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
@@ -48,6 +47,8 @@ class Rounds(EdgeCollapse):
         limit: rounds at most, for tests.
     """
 
+    files = FILES
+    defines: Mapping[str, int] = {}
     limit = MOST
 
     def _sweeps(self, upload: Upload) -> None:
@@ -162,16 +163,3 @@ class Rounds(EdgeCollapse):
             done = bool(self.device.read(self.state)[DONE])
         for step in self._enqueued[self._before :]:
             step.enqueue(timeline)
-
-
-def prepare(
-    upload: Upload,
-    params: Params,
-    target: int,
-    locked: NDArray[np.bool_] | None,
-    recorded: bool,
-) -> Rounds:
-    """As `host.prepare` does, in rounds."""
-    with upload.setup.host("build"):
-        upload.program = upload.device.build(*FILES)
-    return Rounds(upload, params, target, locked, recorded)

@@ -13,7 +13,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster import octree, quadric_clustering
 from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse
-from lodbench.kernels.cluster.edge_collapse.host import prepare as edge_collapse
+from lodbench.kernels.cluster.edge_collapse.prepare import prepare as edge_collapse
 from lodbench.kernels.cluster.edge_collapse.verdict import verdict
 from lodbench.kernels.cluster.hybrid.joined import Joined, euler_but_border, joined
 from lodbench.kernels.cluster.hybrid.params import Params

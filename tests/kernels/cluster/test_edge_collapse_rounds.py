@@ -15,7 +15,7 @@ from lodbench.kernels.cluster.edge_collapse import (
     rounds_reference,
     simplify,
 )
-from lodbench.kernels.cluster.edge_collapse.host import prepare
+from lodbench.kernels.cluster.edge_collapse.prepare import prepare
 from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.stages import scan
 from lodbench.kernels.system import run
