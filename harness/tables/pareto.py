@@ -141,9 +141,9 @@ TABLE = Table(
         "Between counts that differ by more than 5 % there is no ratio of times; errors stand beside their counts. "
         "pyfqmr is the algorithm of fast_simplification in another binding.",
         "edge_collapse_rounds is edge_collapse in the form for GPUs: rounds of collapses all over the mesh at once.",
-        "vtk_quadric_decimation, pyfqmr and MeshLib take too long for the generated surface to be in every run. MeshLib "
-        "is free for non-commercial use only; nothing here installs it, and it has rows where it is there. manifold3d "
-        "has none: whatever its tolerance, it stopped at 2.5 to 25 times the target on these scans.",
+        "vtk_quadric_decimation, pyfqmr and MeshLib take too long for the generated surface to be in every run. "
+        "MeshLib is free for non-commercial use only; nothing here installs it, and it has rows where it is there. "
+        "manifold3d has none: whatever its tolerance, it stopped at 2.5 to 25 times the target on these scans.",
         "While constants were chosen, armadillo_86k, fandisk, rocker_arm, mechpart_g3 and generated spheres were "
         "looked at; the other meshes were not.",
     ),
