@@ -18,8 +18,8 @@ class LeveledParams(BezierParams):
     """How finely to tessellate, all patches alike or each by itself.
 
     Attributes:
-        by: "level", every patch has `level`; or "screen", a patch has as fine a level, up to that, as the longest of its
-            borders needs for segments of at most `pixels` in a frame's view.
+        by: "level", every patch has `level`; or "screen", a patch has as fine a level, up to that, as the longest of
+            its borders needs for segments of at most `pixels` in a frame's view.
         pixels: length of a segment on the screen.
         levels: of each patch, in place of `level`: any sequence of whole numbers, 0 to 10. Of two neighbours the
             coarser decides about the border between them.

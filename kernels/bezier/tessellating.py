@@ -9,6 +9,7 @@ import psutil
 
 from lodbench.datasets_gen.surfaces import BezierPatches
 from lodbench.kernels.bezier.lattice import side_vertices
+from lodbench.kernels.bezier.level_params import LeveledParams
 from lodbench.kernels.bezier.leveled import Leveled
 from lodbench.kernels.bezier.params import BezierParams
 from lodbench.kernels.bezier.tessellated import Tessellated, vertex_total
@@ -28,7 +29,8 @@ def _check_room(patches: int, params: BezierParams) -> None:
         ValueError: more vertices than 32-bit indices can name.
         Unsupported: more bytes than the machine has left.
     """
-    needed = VERTEX_BYTES * vertex_total(patches, side_vertices(params.level) ** 2)
+    level = params.finest if isinstance(params, LeveledParams) else params.level
+    needed = VERTEX_BYTES * vertex_total(patches, side_vertices(level) ** 2)
     available = psutil.virtual_memory().available
     if needed > available:
         raise Unsupported(

@@ -5,6 +5,8 @@
 //           the fastest
 // Reads     map        float[8 * map_stride]   as bezier/row.cl has it
 //           controls   float[64 * patches]     as bezier/patch.cl has it
+//           levels     uint [patches]          of the patches, where each has its own
+//           offsets    uint [patches]          and where its vertices begin
 // Writes    positions  float[3 * vertices]     packed; patch after patch
 //           normals    float[3 * vertices]     packed, unit length; nothing where NORMALS is 0
 // Needs     bezier/row.cl
