@@ -56,6 +56,8 @@ def tessellator(
         Welded, patches share the vertices on borders that have the same control points, and one normal at each: where
         they meet at an angle, the mean of theirs.
         """
+        if view is not None and issubclass(kind, LeveledParams) and "levels" not in options:
+            options = {"by": "screen"} | options
         params = kind.named(**options)
         check("weld", weld, bool)
         _check_room(len(patches.points), params)

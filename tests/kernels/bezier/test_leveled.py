@@ -156,5 +156,5 @@ def test_levels_that_are_none_are_refused():
 def test_a_view_asks_for_levels_by_the_screen():
     surface = patches.cup()
     view = mesh_view(finest(surface), size=(64, 48))
-    _, faces = tessellate(surface, level=5, by="screen", view=view)
+    _, faces = tessellate(surface, level=5, view=view)
     assert 26 * 2 < len(faces) < 26 * 2 * 4**5 / 8
