@@ -46,7 +46,7 @@ def tessellate(
         typer.Argument(
             metavar="IN",
             autocompletion=complete.datasets,
-            help="Bicubic Bezier patches: BPT, NPZ with `patches` (n, 4, 4, 3), or a dataset's name; - is standard input.",
+            help="Bicubic Bezier patches: BPT, NPZ with `patches` (n, 4, 4, 3), a dataset, or - for standard input.",
         ),
     ],
     out: OutArgument,
