@@ -23,6 +23,7 @@ from lodbench.datasets_gen.surfaces import (
 from lodbench.datasets_gen.triangles import icosphere, plane
 from lodbench.harness.measure.limits import measure, measure_compaction
 from lodbench.harness.plan.registry import systems
+from lodbench.kernels.bezier.semi_adaptive import Params as SemiParams
 from lodbench.kernels.opencl.device import Device
 from lodbench.kernels.opencl.launch import Launch
 from lodbench.kernels.opencl.timeline import Timeline
@@ -52,6 +53,10 @@ SIZE = LARGEST["width"], LARGEST["height"]  # pixels: two tiles in each directio
 def smaller(params):
     """The same parameters with every size at most the `LARGEST` one."""
     changed = {}
+    if isinstance(
+        params, SemiParams
+    ):  # a pattern for each combination of edges: 125 in place of 17,576
+        params = dataclasses.replace(params, depth=min(params.depth, 2))
     for field in dataclasses.fields(params):
         value, most = getattr(params, field.name), LARGEST.get(field.name)
         if most is not None and value is not None:

@@ -143,7 +143,7 @@ class Tessellated(DeviceSubject):
         a, b, c = triangles.T
         triangles = triangles[(a != b) & (b != c) & (c != a)]
         if normals is not None:
-            normals = _shared_normals(normals, vertex, first)
+            normals = shared_normals(normals, vertex, first)
         return TriangleMesh(positions[first], triangles, normals)
 
     def _read(self) -> tuple[Floats, Floats | None]:
@@ -179,9 +179,7 @@ class Tessellated(DeviceSubject):
         )
 
 
-def _shared_normals(
-    normals: Floats, vertex: NDArray[np.uint32], first: NDArray[np.int64]
-) -> Floats:
+def shared_normals(normals: Floats, vertex: NDArray[np.uint32], first: NDArray[np.int64]) -> Floats:
     """The normal of each vertex: that of all who share it, to the bit, or else the mean of theirs."""
     shared = normals[first]
     differs = (normals != shared[vertex]).any(axis=1)

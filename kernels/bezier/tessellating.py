@@ -8,6 +8,7 @@ from typing import Any
 import psutil
 
 from lodbench.datasets_gen.surfaces import BezierPatches
+from lodbench.kernels.bezier.adaptive import Adaptive
 from lodbench.kernels.bezier.lattice import side_vertices
 from lodbench.kernels.bezier.level_params import LeveledParams
 from lodbench.kernels.bezier.leveled import Leveled
@@ -39,7 +40,7 @@ def _check_room(patches: int, params: BezierParams) -> None:
 
 
 def tessellator(
-    make: Callable[..., Tessellated | Leveled], kind: type[BezierParams]
+    make: Callable[..., Tessellated | Leveled | Adaptive], kind: type[BezierParams]
 ) -> Callable[..., Result]:
     """The verb `tessellate` of a system, made of its subject and its `Params`."""
 
