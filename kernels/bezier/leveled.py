@@ -127,7 +127,7 @@ class Leveled(DeviceSubject):
         self.positions = self.allocate("positions", (vertices, 3), np.float32, "output")
         self.normals = self.allocate("normals", shape, np.float32, "output")
         self._triangles = self.allocate("triangles", (faces, 3), np.uint32, "output")
-        self._counts = self.allocate("counts", 2, np.uint32, "output")
+        self._counts = self.upload("counts", np.zeros(2, np.uint32), role="output")
         surface = DeviceSurface(
             self.positions,
             self.normals if self.params.normals else None,
@@ -157,7 +157,9 @@ class Leveled(DeviceSubject):
             self._offsets = [
                 self.allocate(f"{name}_offsets", max(count, 1), np.uint32) for name in names
             ]
-            self._totals = [self.upload(f"{n}_total", np.zeros(1, np.uint32)) for n in names]
+            self._totals = [
+                self.upload(f"{n}_total", np.zeros(1, np.uint32), role="scratch") for n in names
+            ]
 
     @property
     def offsets(self) -> Buffer:
