@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,7 +11,7 @@ import typer
 
 from lodbench.harness.cli import complete
 from lodbench.harness.cli.app import app
-from lodbench.harness.cli.files import FormatOption, MeshTarget, OutArgument, Source
+from lodbench.harness.cli.files import STANDARD, FormatOption, MeshTarget, OutArgument, Source
 from lodbench.harness.cli.options import (
     DeviceOption,
     JsonOption,
@@ -21,11 +22,15 @@ from lodbench.harness.cli.options import (
 
 
 def _patches(path: Path) -> Any:
-    """The patches of a file, or of a dataset where there is none of that name."""
+    """The patches of a file or of standard input, or of a dataset where there is no file of that name."""
     from lodbench.datasets_gen import catalogue
-    from lodbench.datasets_gen.patches import read_patches
+    from lodbench.datasets_gen.patches import parse_patches, read_patches
     from lodbench.datasets_gen.surfaces import BezierPatches
 
+    if str(path) == STANDARD:
+        if sys.stdin.isatty():
+            raise ValueError("IN: expected patches on standard input, got a terminal")
+        return parse_patches(sys.stdin.buffer.read(), "<stdin>")
     if path.exists() or path.suffix or len(path.parts) > 1:
         return read_patches(path)
     surface = catalogue.load(str(path)).surface
@@ -41,7 +46,7 @@ def tessellate(
         typer.Argument(
             metavar="IN",
             autocompletion=complete.datasets,
-            help="Bicubic Bezier patches: BPT, NPZ with `patches` (n, 4, 4, 3), or a dataset's name.",
+            help="Bicubic Bezier patches: BPT, NPZ with `patches` (n, 4, 4, 3), a dataset, or - for standard input.",
         ),
     ],
     out: OutArgument,
@@ -57,6 +62,14 @@ def tessellate(
             help="A system with this verb; default: the first that takes the surface.",
         ),
     ] = None,
+    view: Annotated[
+        str | None,
+        typer.Option(
+            "--view",
+            help="AZIMUTH,ELEVATION as of render's --camera, or X,Y,Z of an eye: each patch as fine as it needs, up to "
+            "--level; -s pixels=8 is how long a segment may be.",
+        ),
+    ] = None,
     settings: OwnOption = None,
     weld: Annotated[bool, typer.Option(help="Share the points on borders between patches.")] = True,
     form: FormatOption = None,
@@ -67,7 +80,11 @@ def tessellate(
     """Triangles of Bezier patches, with normals.
 
     Example: lodbench tessellate pot_32 pot.glb --level 4
+
+    Seen from there: lodbench tessellate pot_32 near.glb --level 6 --view 30,20
     """
+    from lodbench.datasets_gen.finest import finest
+    from lodbench.harness.cli.warp import view_of
     from lodbench.kernels import Device, tessellate_surface
 
     target = MeshTarget(out, form)
@@ -75,8 +92,9 @@ def tessellate(
     patches = _patches(source)
     opened = Device.open(device)
     started = time.perf_counter()
+    options = {"view": view_of(view, finest(patches))} if view else {}
     result = tessellate_surface(
-        opened, patches, level=level, method=method, weld=weld, **parameters(settings)
+        opened, patches, level=level, method=method, weld=weld, **options, **parameters(settings)
     )
     target.write_mesh(result.mesh, Source(patches), json_output)
     facts = {
