@@ -55,6 +55,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/report/table_view.py": "harness/report/test_page.py",
     # commands, through the shell
     "harness/cli/datasets.py": "harness/cli/test_app.py",
+    "harness/cli/guard.py": "harness/report/test_guard.py",
     "harness/cli/lists.py": "harness/cli/test_app.py",
     "harness/cli/measure.py": "harness/cli/test_app.py",
     "harness/cli/mesh.py": "harness/cli/test_files.py",
