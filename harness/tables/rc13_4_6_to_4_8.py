@@ -50,7 +50,7 @@ def _frames(model: str, level: int) -> Group:
 
 
 def groups(quick: bool) -> list[Group]:
-    """Errors of two models, frames of scenes at two degrees; `quick` has the teacup's errors and the teapots' frames."""
+    """Errors of two models, frames of scenes at two degrees; `quick` has one of each."""
     errors = [_errors("teacup", MEDIUM)]
     if not quick:
         errors += [_errors("elephant_gumbo", MEDIUM)]
@@ -91,8 +91,8 @@ TABLE = Table(
         "copies in view at 1280 x 1024; distance test, high quality.",
         shared.ERROR_NOTE,
         "uncoupled_bezier: each cell of level 2 by itself, cut into the grid of power-of-two segments, a number for "
-        "each direction, and along the diagonal with which the mean error of all is least for their triangles: cracks and "
-        "all. No tessellation of such grids without them does with fewer.",
+        "each direction, and along the diagonal with which the mean error of all is least for their triangles: cracks "
+        "and all. No tessellation of such grids without them does with fewer.",
         "Divergence: see rc13_3_18_3_19.",
     ),
 )

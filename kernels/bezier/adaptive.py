@@ -20,6 +20,7 @@ from lodbench.kernels.bezier.candidates import (
     Flags,
     cell_samples,
     nodes_of,
+    triangle_counts,
     ways_of,
 )
 from lodbench.kernels.bezier.divergence import divergence
@@ -30,6 +31,7 @@ from lodbench.kernels.bezier.measures import (
     inverse_diagonal,
     screen_rows,
 )
+from lodbench.kernels.bezier.sources import normal_sources
 from lodbench.kernels.bezier.tessellated import (
     CONTROL_FLOATS,
     LARGEST,
@@ -231,6 +233,11 @@ class Adaptive(DeviceSubject):
         """The level of the map from which vertices come."""
         return self._level
 
+    def triangle_levels(self) -> NDArray[np.int64]:
+        """Of each triangle of the last frame, the finest level of its coarse triangle: 0 to 3."""
+        flags = nodes_of(self.masks()).reshape(-1, NODES)
+        return np.repeat(edge_levels(flags).max(axis=-1), triangle_counts(flags))
+
     def welded(self) -> TriangleMesh:
         """The last frame's mesh with every shared vertex once, and triangles at collapsed edges left out.
 
@@ -287,11 +294,3 @@ class Adaptive(DeviceSubject):
             static_vertices=vertices,
             static_bytes=size * vertices + POINT * triangles,
         )
-
-
-def normal_sources(found: borders.Borders) -> NDArray[np.uint32]:
-    """Whose normals the edges and corners of patches have, (m, 8) as `bezier/cell.cl` reads them."""
-    own = np.arange(found.owner.size).reshape(-1, 4)
-    owner = np.where(found.smooth, found.owner, own)
-    against = found.turned != found.turned.reshape(-1)[owner]
-    return np.concatenate([2 * owner + against, found.corner_owner], axis=1).astype(np.uint32)
