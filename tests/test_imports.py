@@ -94,6 +94,7 @@ SYSTEMS = {path.parent.name for path in (ROOT / "kernels").glob("*/*/host.py")}
 NAMING = {
     "lodbench.kernels.verbs",
     "lodbench.harness.distributed",
+    "lodbench.harness.report.adaptive_tessellations",
     "lodbench.harness.report.chains",
     "lodbench.harness.report.distances",
     "lodbench.harness.report.octrees",

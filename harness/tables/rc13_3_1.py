@@ -11,10 +11,10 @@ from lodbench.harness.plan.group import Group, Subject
 from lodbench.harness.plan.table import STATUS_COLUMNS, Column, Entry, Row, Table
 from lodbench.harness.record.record import GroupRecord
 from lodbench.harness.report.rows import published
-from lodbench.kernels.bezier.adaptive_params import QUALITIES
 
 MODELS = ("teapot", "teacup", "elephant_gumbo")
 TESTS = ("distance", "flat", "length")
+QUALITIES = ("low", "medium", "high")
 LEVEL, REFERENCE = 5, 7
 UNIFORM, ADAPTIVE, BOUND = "vst", ("dabt", "semi_adaptive"), "uncoupled_bezier"
 UNIFORM_LEVELS = (1, 2, 3, 4, 5)
@@ -40,7 +40,7 @@ def groups(quick: bool) -> list[Group]:
     """Every model with every test at every quality; `quick` has the first one."""
     subjects = (
         *uniform(),
-        *(asked("dabt", test, quality) for test in TESTS for quality in QUALITIES[test]),
+        *(asked("dabt", test, quality) for test in TESTS for quality in QUALITIES),
         reference(),
     )
     return [
@@ -72,15 +72,12 @@ def at_equal_error(group: GroupRecord, error: float) -> tuple[float | None, int 
 
 def own(entry: Entry) -> Mapping[str, Any]:
     """Triangles in thousands, errors, and the share of a uniform tessellation's triangles at equal mean error."""
-    subject, row = entry.subject, entry.row
+    subject = entry.subject
     quality, triangles = subject.quality or {}, subject.counters.get("triangles")
     error = quality.get("mean_difference")
     keys = ("mean_difference", "rms_difference", "max_difference")
     more: Row = {key: quality.get(key) for key in keys}
     more["triangles_k"] = triangles / 1000 if triangles else None
-    if subject.system in ADAPTIVE and row.get("test"):
-        given = row.get("threshold")
-        more["threshold"] = QUALITIES[row["test"]][row["quality"]] if given is None else given
     if error and triangles and subject.system in (*ADAPTIVE, BOUND):
         between, level = at_equal_error(entry.group, error)
         more["share_at_error"] = triangles / between if between else None

@@ -31,7 +31,7 @@ def _errors(model: str) -> Group:
         *(
             shared.asked("dabt", test, quality)
             for test in shared.TESTS
-            for quality in ("low", "medium", "high")
+            for quality in shared.QUALITIES
         ),
         shared.reference(),
     )

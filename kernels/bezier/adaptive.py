@@ -274,6 +274,7 @@ class Adaptive(DeviceSubject):
             "patches": self.count,
             "coarse_triangles": 2 * self.cells,
             "segments": 1 << self._params.level,
+            "threshold": self._params.least,
             "launches": len(self._steps),
             **{f"level_{level}_triangles": int(n) for level, n in enumerate(levels)},
             **divergence(self.work(flags)),
