@@ -77,14 +77,17 @@ def middle(low: NDArray[np.float64], high: NDArray[np.float64]) -> Origin | None
 def rows(argument: str, values: object, dtype: type, columns: int, count: int | None = None):
     """`values` as a read-only C-contiguous (rows, columns) array of `dtype`, or an error by name."""
     array = np.asarray(values)
-    expected = f"({'n' if count is None else count}, {columns}) {np.dtype(dtype).name}"
+
+    def expected() -> str:
+        return f"({'n' if count is None else count}, {columns}) {np.dtype(dtype).name}"
+
     if array.size == 0 and array.ndim != 2:
         array = array.reshape(0, columns)
     if array.ndim != 2 or array.shape[1] != columns or (count is not None and len(array) != count):
-        raise ValueError(f"{argument}: expected {expected}, got shape {array.shape}")
+        raise ValueError(f"{argument}: expected {expected()}, got shape {array.shape}")
     wanted = "fiu" if np.dtype(dtype).kind == "f" else "iu"
     if array.size and array.dtype.kind not in wanted:
-        raise TypeError(f"{argument}: expected {expected}, got dtype {array.dtype}")
+        raise TypeError(f"{argument}: expected {expected()}, got dtype {array.dtype}")
     array = (
         array.view()
         if array.dtype == dtype and array.flags.c_contiguous

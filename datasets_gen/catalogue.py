@@ -21,7 +21,7 @@ from functools import partial
 from pathlib import Path
 
 from lodbench.datasets_gen import fetch as _fetch
-from lodbench.datasets_gen import nurbs, patches, read, standard, triangles
+from lodbench.datasets_gen import nurbs_files, patches, read, standard, triangles
 from lodbench.datasets_gen.coarse import coarse_version
 from lodbench.datasets_gen.names import FOLDERS, SIZED, data_folders
 from lodbench.datasets_gen.order import spatially_sorted
@@ -87,7 +87,7 @@ _FOLDERS = (
     ("meshes", "triangles", read.read_mesh),
     ("nasty", "triangles", read.read_mesh),
     ("bezier", "patches", patches.read_patches),
-    ("nurbs", "nurbs", nurbs.read_nurbs),
+    ("nurbs", "nurbs", nurbs_files.read_nurbs),
 )
 
 

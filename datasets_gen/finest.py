@@ -9,13 +9,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.special import comb
 
-from lodbench.datasets_gen.surfaces import (
-    BezierPatches,
-    GeometryImage,
-    NurbsSurface,
-    Surface,
-    TriangleMesh,
-)
+from lodbench.datasets_gen.nurbs_surface import NurbsSurface
+from lodbench.datasets_gen.surfaces import BezierPatches, GeometryImage, Surface, TriangleMesh
 
 SEGMENTS = 32  # of a Bezier patch's side, and of a knot span
 MOST = 2000  # of a NURBS surface's side

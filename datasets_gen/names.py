@@ -30,13 +30,14 @@ PATCHES = (
     "elephant_gumbo_standin",
 )  # fmt: skip
 NURBS = (
-    "rational_cylinder", "rational_ball", "quilt_4", "killeroo_standin",
+    "rational_cylinder", "rational_ball", "rational_torus", "mixed_degrees", "quilt_4",
+    "killeroo_standin",
 )  # fmt: skip
 FOLDERS = {
     "meshes": (".ply", ".obj", ".stl", ".off", ".gltf", ".glb"),
     "nasty": (".ply", ".obj", ".stl", ".off", ".gltf", ".glb"),
     "bezier": (".npz", ".bpt"),
-    "nurbs": (".json",),
+    "nurbs": (".json", ".igs", ".iges", ".stp", ".step"),
 }
 """Folder of real models -> suffixes, best first."""
 

@@ -1,53 +1,11 @@
-"""NURBS models: read from .json, or made."""
+"""NURBS models that are made: conics, sheets of any degrees, a closed body of many surfaces."""
 
 from __future__ import annotations
-
-import json
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.datasets_gen.names import FOLDERS
-from lodbench.datasets_gen.read import FileError
-from lodbench.datasets_gen.surfaces import NurbsModel, NurbsSurface
-
-SUFFIXES = FOLDERS["nurbs"]
-
-
-def read_nurbs(path: str | Path) -> NurbsModel:
-    """A model from .json: `surfaces`, each with `degree_u degree_v knots_u knots_v control_points weights`.
-
-    Control points are [i along u][j along v][x, y, z], Cartesian, not multiplied by the weights.
-
-    Raises:
-        FileError: no such file, an unknown suffix, no such keys, or a surface that is not valid.
-    """
-    path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise FileError(f"{path}: expected a suffix of {' '.join(SUFFIXES)}, got {path.suffix!r}")
-    try:
-        surfaces = json.loads(path.read_text("utf-8"))["surfaces"]
-        return NurbsModel(
-            tuple(
-                NurbsSurface(
-                    int(s["degree_u"]),
-                    int(s["degree_v"]),
-                    s["knots_u"],
-                    s["knots_v"],
-                    s["control_points"],
-                    s["weights"],
-                )
-                for s in surfaces
-            )
-        )
-    except FileNotFoundError:
-        raise FileError(f"{path}: no such file") from None
-    except (KeyError, IndexError) as error:
-        raise FileError(f"{path}: expected a NURBS model, got no {error}") from error
-    except (ValueError, TypeError, OSError) as error:
-        raise FileError(f"{path}: {' '.join(str(error).split())}") from error
-
+from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface, cut
 
 _CIRCLE = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)])
 _CIRCLE_WEIGHTS = np.array([1, 0.5**0.5] * 4 + [1])
@@ -98,3 +56,66 @@ def quilt(rows: int, columns: int, spans: int, seed: int = 0) -> NurbsModel:
             for column in range(columns)
         )
     )
+
+
+def torus(radius: float = 1.0, tube: float = 0.4) -> NurbsModel:
+    """An exact torus about z, one rational surface of degree 2 x 2, closed both ways."""
+    around = np.column_stack([_CIRCLE, np.zeros(9)])
+    ring = np.column_stack([radius + tube * _CIRCLE[:, 0], tube * _CIRCLE[:, 1]])
+    points = around[:, None] * ring[None, :, :1] + (0, 0, 1) * ring[None, :, 1:]
+    weights = np.outer(_CIRCLE_WEIGHTS, _CIRCLE_WEIGHTS)
+    return NurbsModel((NurbsSurface(2, 2, _CIRCLE_KNOTS, _CIRCLE_KNOTS, points, weights),))
+
+
+def mixed_degrees(seed: int = 0) -> NurbsModel:
+    """Seven wavy sheets of degrees 1 x 7, 2 x 6 ... 7 x 1 in a row, uneven repeated knots and weights."""
+    random = np.random.default_rng(seed)
+    surfaces = []
+    for degree in range(1, 8):
+        degrees = degree, 8 - degree
+        knots = [_uneven_knots(p, random) for p in degrees]
+        places = [
+            np.lib.stride_tricks.sliding_window_view(k[1:-1], p).mean(axis=1)
+            for k, p in zip(knots, degrees, strict=True)
+        ]
+        x, y = np.meshgrid(*places, indexing="ij")
+        z = 0.2 * np.sin(5 * x + degree) * np.cos(4 * y) + random.normal(0, 0.01, x.shape)
+        points = np.stack([x + 1.2 * degree, y, z], axis=2)
+        weights = random.uniform(0.5, 2, x.shape)
+        surfaces.append(NurbsSurface(degrees[0], degrees[1], knots[0], knots[1], points, weights))
+    return NurbsModel(tuple(surfaces))
+
+
+def _uneven_knots(degree: int, random: np.random.Generator) -> NDArray[np.float64]:
+    """Clamped from 0 to 1, five inner knots of which the second stands there as often as the degree allows."""
+    inner = np.sort(random.uniform(0.05, 0.95, 5)).repeat([1, degree, 1, 1, 1])
+    return np.concatenate([np.zeros(degree + 1), inner, np.ones(degree + 1)])
+
+
+def body(rows: int = 8, columns: int = 11, spans: tuple[int, int] = (12, 11)) -> NurbsModel:
+    """A closed bumpy ring of rows x columns bicubic surfaces, smooth, cut out of one periodic spline.
+
+    Each has so many knot spans around the tube and along the ring; all weights are 1.
+    """
+    sides = rows * spans[0], columns * spans[1]
+    nets = [np.arange(-1, side + 2) * 2 * np.pi / side for side in sides]
+    a, b = np.meshgrid(*nets, indexing="ij")
+    thick = (
+        0.35 + 0.08 * np.sin(3 * b) + 0.04 * np.cos(4 * a + 2 * b) + 0.015 * np.sin(9 * a - 7 * b)
+    )
+    out = 1 + thick * np.cos(a)
+    net = np.stack([out * np.cos(b), (1 + 0.3 * np.sin(b)) * out * np.sin(b), thick * np.sin(a)], 2)
+    for axis, side in enumerate(sides):  # to the bit: rows past the end are those of the beginning
+        net = np.moveaxis(net, axis, 0)
+        net[side:] = net[:3]
+        net = np.moveaxis(net, 0, axis)
+    knots = [np.arange(-3.0, side + 4) for side in sides]
+    surfaces = []
+    for row in range(rows):
+        along_u, strip = cut(knots[0], net, 3, row * spans[0], (row + 1) * spans[0])
+        for column in range(columns):
+            ends = column * spans[1], (column + 1) * spans[1]
+            along_v, points = cut(knots[1], np.moveaxis(strip, 1, 0), 3, *ends)
+            points = np.moveaxis(points, 0, 1)
+            surfaces.append(NurbsSurface(3, 3, along_u - along_u[0], along_v - along_v[0], points))
+    return NurbsModel(tuple(surfaces))

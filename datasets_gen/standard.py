@@ -115,6 +115,8 @@ PATCHES: dict[str, tuple[Callable[[], BezierPatches], str]] = {
 NURBS: dict[str, tuple[Callable[[], NurbsModel], str]] = {
     "rational_cylinder": (nurbs.cylinder, "1 rational surface 2 x 1: an exact cylinder"),
     "rational_ball": (nurbs.ball, "1 rational surface 2 x 2: an exact sphere"),
+    "rational_torus": (nurbs.torus, "1 rational surface 2 x 2: an exact torus"),
+    "mixed_degrees": (nurbs.mixed_degrees, "7 rational surfaces of degrees 1 to 7"),
     "quilt_4": (partial(nurbs.quilt, 2, 2, 8), "4 bicubic surfaces, 256 knot spans"),
-    "killeroo_standin": (partial(nurbs.quilt, 9, 10, 11), "in place of killeroo: 90 surfaces"),
+    "killeroo_standin": (nurbs.body, "in place of killeroo: 88 bicubic surfaces, closed"),
 }

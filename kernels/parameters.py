@@ -95,9 +95,9 @@ def check(name: str, value: Any, kind: Any) -> Any:
         TypeError: another type; a float is no whole number even where its value is, and True no number.
         ValueError: a text or number out of range, NaN or infinity.
     """
-    origin, arguments = _parts(kind)
-    if kind is Any:
+    if kind is Any or (type(value) is kind and kind is not float):
         return value
+    origin, arguments = _parts(kind)
     value = plain(value)
     if origin is Annotated:
         found = check(name, value, arguments[0])
@@ -132,6 +132,8 @@ def _of_union(name: str, value: Any, kind: Any) -> Any:
     arguments = _parts(kind)[1]
     if value is None and type(None) in arguments:
         return None
+    if type(value) in arguments:
+        return check(name, value, type(value))
     for argument in arguments:
         if argument is type(None):
             continue
@@ -149,6 +151,11 @@ def closest(argument: str, got: str, names: Iterable[str]) -> str:
     near += [name for name in names if got and got in name and name not in near]
     kind = "one like" if near else "one of"
     return f"{argument}: expected {kind} {', '.join(near or names)}, got {got!r}"
+
+
+@cache
+def _defaults(owner: type) -> Mapping[str, Any]:
+    return {field.name: field.default for field in dataclasses.fields(owner)}
 
 
 @cache
@@ -180,13 +187,17 @@ def described(owner: type) -> list[dict[str, str]]:
 class Parameters:
     """The base of every system's Params: each field is checked against its annotation when one is made.
 
+    Defaults are taken as they are: to look at every field of a clustering takes longer than to upload its mesh.
+
     Raises:
         TypeError, ValueError: see `check`.
     """
 
     def __post_init__(self) -> None:
+        defaults = _defaults(type(self))
         for name, kind in _kinds(type(self)).items():
-            object.__setattr__(self, name, check(name, getattr(self, name), kind))
+            if (value := getattr(self, name)) is not defaults[name]:
+                object.__setattr__(self, name, check(name, value, kind))
 
     @classmethod
     def named(cls: type[P], **values: Any) -> P:

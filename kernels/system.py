@@ -228,21 +228,24 @@ def run(
     prepared: Prepared,
     frame: Frame = Frame(),
     raster: Draws | None = None,
+    wait: Callable[[], Any] | None = None,
 ) -> Timeline:
     """One frame: enqueue, optional raster and shading, wait once; device seconds per stage and wall seconds.
 
     A frame that overflowed is not counted: its subject grows, runs once to warm what is new, and then again.
 
+    `wait` is the one wait, of a caller that has something to read then; the device's own otherwise.
+
     Raises:
         Unsupported: the frame is to be drawn and left no surface on the device: it would be no whole frame. Or the
             device has no room for it.
     """
-    timeline = _frame(device, prepared, frame, raster)
+    timeline = _frame(device, prepared, frame, raster, wait)
     growing = cast(Growing, prepared) if _grows(type(prepared)) else None
     while growing is not None and growing.overflowed():
         growing.grow()
-        _frame(device, prepared, frame, raster)
-        timeline = _frame(device, prepared, frame, raster)
+        _frame(device, prepared, frame, raster, wait)
+        timeline = _frame(device, prepared, frame, raster, wait)
     return timeline
 
 
@@ -257,6 +260,7 @@ def _frame(
     prepared: Prepared,
     frame: Frame,
     raster: Draws | None,
+    wait: Callable[[], Any] | None,
 ) -> Timeline:
     timeline = Timeline()
     start = time.perf_counter()
@@ -266,6 +270,6 @@ def _frame(
             device.wait()
             raise Unsupported(NOTHING_TO_DRAW)
         raster(prepared.output, frame, timeline)
-    device.wait()
+    (wait or device.wait)()
     timeline.wall_s = time.perf_counter() - start - timeline.untimed_s
     return timeline.collect()

@@ -152,6 +152,8 @@ def run_system(device, name):
                 drawn = True
     if name in ("adaptive_patterns", "level_chain"):
         failed += run_in_chunks(device, system)
+    if name == "vst":
+        failed += run_long_rows(device, system)
     failed += run_mapped(device, system)
     if system.streams is not None:
         run_streamed(device, system)
@@ -167,6 +169,15 @@ def run_system(device, name):
         if name == "quadric_clustering":
             simplify(device, plane(3), target_count=10, border="keep")
     return failed, skipped
+
+
+def run_long_rows(device, system):
+    """Two patches with rows long enough to be walked from both ends."""
+    surface = BezierPatches(cup().points[:2])
+    prepared = system.prepare(device, surface, next(iter(system.cases.values())))
+    run(device, prepared)
+    check = prepared.check()
+    return [] if check.passed else [f"long rows: {check.what} {check.value}"]
 
 
 def run_streamed(device, system):

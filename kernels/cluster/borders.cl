@@ -1,20 +1,15 @@
 // Vertex clustering, set-up: which edges have a triangle on one side only?
 //
 // Source    none; an edge that two triangles use in opposite directions cancels out of a sum of hashes
-// Work      1-D, one item per chunk of triangles, or of kept vertices
+// Work      1-D, one item per chunk of triangles, or of vertices; a `mark` with a map for each chunk
+//           needs no atomics, which take four times as long on a CPU
 // Reads     triangles   uint[3 * triangle_count]
-//           kept        uint[kept_count]           vertices that stay as they are
-//           positions   float[3 * vertex_count]    model units
-//           new_ranks   uint[capacity]             output vertex of a rank
 // Writes    sums        uint[2 * chunk_count]      hashes of the chunk's edges: all chunks add to zero where each
 //                                                  edge is used as often in one direction as in the other
-//           marks       int[vertex_count]          zero before; other than zero at the ends of an edge that does not cancel
+//           marks       int[map_count * vertex_count]   zero before; the first map, once the others are added to it:
+//                                                  other than zero at the ends of an edge that does not cancel
 //           chunk_sums  uint[chunk_count]          edges of the chunk between marked vertices
 //           edges       uint[3 * edges]            those edges in input order: from, to, the triangle's third corner
-//           points      float4[vertex_count]       w: a kept vertex gets the bits of a rank of its own, past those of cells
-//           state       uint[4]                    [0]: the kept ones counted too
-//           cell_ids    uint[vertex_count]         of a kept vertex a number past those of cells
-//           vertices    float[3 * capacity]        a kept vertex where it was, model units
 // Needs     common/chunk.cl common/corners.cl
 
 static inline uint8 borders_hash8(const uint8 v)
@@ -62,9 +57,12 @@ static inline int borders_hash(const uint v)
     return (int)(x ^ (x >> 15));
 }
 
+// each vertex takes the end of the edge that leaves it, less the begin of the one that comes
 __kernel void cluster_borders_mark(
     __global const uint *restrict triangles,
-    __global volatile int *restrict marks,
+    __global int *restrict marks,
+    const uint vertex_count,
+    const uint map_count,
     const uint triangle_count,
     const uint chunk_count)
 {
@@ -72,13 +70,40 @@ __kernel void cluster_borders_mark(
     if (chunk >= chunk_count) return;
 
     const uint2 rows = chunk_rows(chunk, chunk_count, triangle_count);
+    if (chunk_count == map_count) {
+        __global int *own = marks + (size_t)chunk * vertex_count;
+        for (uint t = rows.x; t < rows.y; ++t) {
+            const uint3 v = vload3(t, triangles);
+            const int a = borders_hash(v.x), b = borders_hash(v.y), c = borders_hash(v.z);
+            own[v.x] += b - c;
+            own[v.y] += c - a;
+            own[v.z] += a - b;
+        }
+        return;
+    }
+    __global volatile int *shared = marks;
     for (uint t = rows.x; t < rows.y; ++t) {
         const uint3 v = vload3(t, triangles);
         const int a = borders_hash(v.x), b = borders_hash(v.y), c = borders_hash(v.z);
-        // each vertex takes the end of the edge that leaves it, less the begin of the one that comes
-        atomic_add(marks + v.x, b - c);
-        atomic_add(marks + v.y, c - a);
-        atomic_add(marks + v.z, a - b);
+        atomic_add(shared + v.x, b - c);
+        atomic_add(shared + v.y, c - a);
+        atomic_add(shared + v.z, a - b);
+    }
+}
+
+__kernel void cluster_borders_join(
+    __global int *restrict marks,
+    const uint vertex_count,
+    const uint map_count,
+    const uint chunk_count)
+{
+    const uint chunk = get_global_id(0);
+    if (chunk >= chunk_count) return;
+
+    const uint2 rows = chunk_rows(chunk, chunk_count, vertex_count);
+    for (uint map = 1; map < map_count; ++map) {
+        __global const int *other = marks + (size_t)map * vertex_count;
+        for (uint v = rows.x; v < rows.y; ++v) marks[v] += other[v];
     }
 }
 
@@ -121,55 +146,5 @@ __kernel void cluster_borders_write(
         if (a & b) vstore3((uint3)(v.x, v.y, v.z), place++, edges);
         if (b & c) vstore3((uint3)(v.y, v.z, v.x), place++, edges);
         if (c & a) vstore3((uint3)(v.z, v.x, v.y), place++, edges);
-    }
-}
-
-#define NO_CELL 0x80000000u // cells are fewer
-
-__kernel void cluster_borders_keep(
-    __global const uint *restrict kept,
-    __global float4 *restrict points,
-    __global uint *restrict state,
-    const uint occupied,
-    const uint kept_count,
-    const uint chunk_count)
-{
-    const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count) return;
-
-    const uint2 rows = chunk_rows(chunk, chunk_count, kept_count);
-    for (uint i = rows.x; i < rows.y; ++i) points[kept[i]].w = as_float(occupied + i);
-    if (chunk == 0) state[0] += kept_count;
-}
-
-__kernel void cluster_borders_keep_ids(
-    __global const uint *restrict kept,
-    __global uint *restrict cell_ids,
-    const uint kept_count,
-    const uint chunk_count)
-{
-    const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count) return;
-
-    const uint2 rows = chunk_rows(chunk, chunk_count, kept_count);
-    for (uint i = rows.x; i < rows.y; ++i) cell_ids[kept[i]] = NO_CELL + i;
-}
-
-__kernel void cluster_borders_return(
-    __global const uint *restrict kept,
-    __global const float *restrict positions,
-    __global const uint *restrict new_ranks,
-    __global float *restrict vertices,
-    const uint occupied,
-    const uint kept_count,
-    const uint chunk_count)
-{
-    const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count) return;
-
-    const uint2 rows = chunk_rows(chunk, chunk_count, kept_count);
-    for (uint i = rows.x; i < rows.y; ++i) {
-        const uint v = new_ranks[occupied + i];
-        if (v != 0xFFFFFFFFu) vstore3(vload3(kept[i], positions), v, vertices);
     }
 }

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, Indices
 from lodbench.kernels.opencl import Buffer, Device, Program, Timeline
-from lodbench.kernels.stages.scan import chunk_count, chunk_local
+from lodbench.kernels.stages.scan import chunk_count, chunk_local, map_count
 
 NO_EDGES: Indices = np.zeros((0, 3), np.uint32)
 NO_VERTICES = np.zeros(0, np.uint32)
@@ -67,13 +69,13 @@ def edge_sums(device: Device, program: Program, triangles: Buffer) -> Buffer:
     """
     chunks = chunk_count(device, max(triangles.shape[0], 1))
     sums = device.allocate("sums", (chunks, 2), np.uint32)
-    _launch(device, program, triangles, "sum", sums=sums)
+    _launch(device, program, "sum", chunks, sums=sums, **_walked(triangles))
     return sums
 
 
 def cancel(sums: NDArray[np.uint32]) -> bool:
     """Is each edge used as often in one direction as in the other? Then there is no border."""
-    return not sums.sum(axis=0, dtype=np.uint32).any()
+    return not any(sum(column) % 2**32 for column in sums.T.tolist())
 
 
 def border_edges(device: Device, program: Program, triangles: Buffer, positions: Floats) -> Indices:
@@ -93,28 +95,35 @@ def border_edges(device: Device, program: Program, triangles: Buffer, positions:
 
 def candidates(device: Device, program: Program, triangles: Buffer, vertex_count: int) -> Indices:
     """Edges of a mesh on the device that hold every use of each border edge, as `border_edges` has them; few."""
-    marks = device.allocate("marks", vertex_count, np.int32)
-    device.fill(Timeline(), "borders", marks, 0)
-    _launch(device, program, triangles, "mark", marks=marks)
     chunks = chunk_count(device, max(triangles.shape[0], 1))
-    chunk_sums = device.allocate("chunk_sums", chunks, np.uint32)
-    _launch(device, program, triangles, "count", marks=marks, chunk_sums=chunk_sums)
-    rows = int(device.read(chunk_sums).sum(dtype=np.int64))
+    maps, walkers = map_count(device, max(triangles.shape[0], 1))
+    marks = device.allocate("marks", (maps, vertex_count), np.int32)
+    device.fill(Timeline(), "borders", marks, 0)
+    walked, shared = _walked(triangles), {"vertex_count": vertex_count, "map_count": maps}
+    _launch(device, program, "mark", walkers, marks=marks, **shared, **walked)
+    if maps > 1:
+        _launch(device, program, "join", chunk_count(device, vertex_count), marks=marks, **shared)
+    found = {"marks": marks, "chunk_sums": device.allocate("chunk_sums", chunks, np.uint32)}
+    _launch(device, program, "count", chunks, **found, **walked)
+    rows = int(device.read(found["chunk_sums"]).sum(dtype=np.int64))
     if not rows:
         return NO_EDGES
     edges = device.allocate("edges", (rows, 3), np.uint32)
-    _launch(device, program, triangles, "write", marks=marks, chunk_sums=chunk_sums, edges=edges)
+    _launch(device, program, "write", chunks, edges=edges, **found, **walked)
     return device.read(edges)
 
 
+def _walked(triangles: Buffer) -> dict[str, Any]:
+    """The arguments of a kernel that walks over triangles, uint32, (m, 3)."""
+    return {"triangles": triangles, "triangle_count": triangles.shape[0]}
+
+
 def _launch(
-    device: Device, program: Program, triangles: Buffer, kernel: str, **arguments: Buffer
+    device: Device, program: Program, kernel: str, chunks: int, **arguments: Buffer | int
 ) -> None:
-    count = triangles.shape[0]
-    chunks = chunk_count(device, max(count, 1))
     program.launch(
         f"cluster_borders_{kernel}", chunks, stage="borders", local=chunk_local(device),
-        triangles=triangles, triangle_count=count, chunk_count=chunks, **arguments,
+        chunk_count=chunks, **arguments,
     )(Timeline())  # fmt: skip
 
 

@@ -17,7 +17,8 @@ from lodbench.kernels.stages.scan import chunk_count, chunk_local
 
 # built as one program with a system's own: a build reads the driver's headers and the prelude anew, most of its time
 SHARED = tuple(
-    f"cluster/{name}.cl" for name in ("box", "cells", "compact", "emit", "search", "borders")
+    f"cluster/{name}.cl"
+    for name in ("box", "cells", "compact", "emit", "search", "borders", "borders_keep")
 )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import weakref
+import struct
 from collections.abc import KeysView, Mapping
 from functools import cache
 from typing import Any, Protocol
@@ -58,10 +58,11 @@ class Launch:
         local: tuple[int, ...],
         arguments: Mapping[str, Any],
         loaded: set[Any],
+        spare: list[Any],
     ) -> None:
         self.stage = stage
         self._device = device
-        self._name, self._kernel = name, kernel
+        self._name, self._kernel, self._spare = name, kernel, spare
         self._position = parameters
         self._held: dict[str, Any] = {}  # buffers stay alive as long as the launch
         # what `set_arg` comes to for a value, once it has spent 60 times as long on finding out that it is one
@@ -73,6 +74,9 @@ class Launch:
         if missing := sorted(self._position.keys() - arguments.keys()):
             raise TypeError(f"{name}: expected arguments {missing}, got none of them")
         self.set(**arguments)
+
+    def __del__(self) -> None:
+        self._spare.append(self._kernel)
 
     @property
     def parameters(self) -> KeysView[str]:
@@ -128,6 +132,14 @@ class Launch:
                     f"got {value.name} of {value.dtype}"
                 )
             return value.memory
+        try:
+            layout = parameter.layout
+            return layout.pack(value) if parameter.lanes == 1 else layout.pack(*value)
+        except (struct.error, OverflowError, TypeError):
+            return self._converted(parameter, value)
+
+    def _converted(self, parameter: Parameter, value: Any) -> Any:
+        """A value that is not yet what its bytes are made of, as numpy converts it."""
         if parameter.lanes == 1:
             bounds = _range(parameter.scalar)
             if bounds is not None and not bounds[0] <= int(value) <= bounds[1]:
@@ -207,12 +219,10 @@ class Program:
         sizes = (local,) if isinstance(local, int) else tuple(local)
         spare = self._spare[kernel]
         made = spare.pop() if spare else self._made(kernel)
-        launch = Launch(
+        return Launch(
             self._device, kernel, made, self._positions[kernel], stage, items, sizes, arguments,
-            self._loaded,
+            self._loaded, spare,
         )  # fmt: skip
-        weakref.finalize(launch, spare.append, made).atexit = False
-        return launch
 
     def _made(self, kernel: str) -> Any:
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -50,10 +50,10 @@ class Buffer:
     memory: Any
     _release: Callable[[int], None]
     _owner: Buffer | None = None  # of a view: who holds the memory, and gives it back
+    size_bytes: int = field(init=False)
 
-    @property
-    def size_bytes(self) -> int:
-        return max(math.prod(self.shape) * self.dtype.itemsize, 1)
+    def __post_init__(self) -> None:
+        self.size_bytes = max(math.prod(self.shape) * self.dtype.itemsize, 1)
 
     def view(self, shape: int | tuple[int, ...], dtype: Any) -> Buffer:
         """The same memory as another type or shape; it lives as long as its last view.

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from struct import Struct
 
 import numpy as np
 
@@ -97,6 +99,13 @@ class Parameter:
     space: str  # "global", "constant", "local", "image" or "" for a value
     scalar: np.dtype
     lanes: int
+
+    @cached_property
+    def layout(self) -> Struct:
+        """A value's bytes: vectors of three have room for four."""
+        return Struct(
+            f"{self.lanes}{self.scalar.char}{self.scalar.itemsize if self.lanes == 3 else 0}x"
+        )
 
 
 _SCALARS = {

@@ -1,12 +1,8 @@
-import json
-
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
 from lodbench.datasets_gen import nurbs
-from lodbench.datasets_gen.nurbs import read_nurbs
-from lodbench.datasets_gen.read import FileError
 
 
 def sample(surface, count=17):
@@ -48,42 +44,33 @@ def test_quilt_neighbours_share_their_edge_to_the_bit():
     assert len(np.unique(model.surfaces[0].knots_u)) - 1 == 4
 
 
-def test_read_nurbs_round_trip_and_faults(tmp_path):
-    surface = nurbs.ball().surfaces[0]
-    entry = {
-        "degree_u": 2,
-        "degree_v": 2,
-        "knots_u": surface.knots_u.tolist(),
-        "knots_v": surface.knots_v.tolist(),
-        "control_points": surface.points.tolist(),
-        "weights": surface.weights.tolist(),
-    }
-    path = tmp_path / "model.json"
-    path.write_text(json.dumps({"surfaces": [entry, entry]}))
-    model = read_nurbs(path)
-    assert len(model.surfaces) == 2
-    assert np.array_equal(model.surfaces[1].points, surface.points)
-    faults = [
-        "{",
-        "[]",
-        '{"surfaces": 3}',
-        '{"surfaces": [{}]}',
-        json.dumps({"surfaces": [entry | {"weights": [[1.0]]}]}),
-        json.dumps({"surfaces": [entry | {"knots_u": [0, 1]}]}),
-        json.dumps({"surfaces": [entry | {"control_points": [[["x"]]]}]}),
-    ]
-    for text in faults:
-        path.write_text(text)
-        with pytest.raises(FileError, match=r"model\.json: .+") as caught:
-            read_nurbs(path)
-        assert "\n" not in str(caught.value)
-    with pytest.raises(FileError, match="no such file"):
-        read_nurbs(tmp_path / "none.json")
-    with pytest.raises(FileError, match="expected a suffix"):
-        read_nurbs(tmp_path / "none.iges")
+def test_torus_is_exact():
+    points = sample(nurbs.torus(2.0, 0.5).surfaces[0])
+    around = np.linalg.norm(points[..., :2], axis=-1) - 2
+    assert np.hypot(around, points[..., 2]) == pytest.approx(0.5, abs=1e-12)
 
 
-def test_real_models_are_read(data_folder):
-    counts = {"killeroo": 89, "ducky": 3, "hammer_nd": 34, "cylinder_rational": 1}
-    for name, count in counts.items():
-        assert len(read_nurbs(data_folder / f"nurbs/{name}.json").surfaces) == count
+def test_mixed_degrees_are_all_degrees_with_knots_that_repeat():
+    surfaces = nurbs.mixed_degrees().surfaces
+    assert [(s.degree_u, s.degree_v) for s in surfaces] == [(k, 8 - k) for k in range(1, 8)]
+    assert all(s.rational for s in surfaces)
+    for surface in surfaces:
+        inner = surface.knots_u[surface.degree_u + 1 : -surface.degree_u - 1]
+        assert np.unique(inner, return_counts=True)[1].max() == surface.degree_u
+
+
+def test_body_is_closed_and_one_smooth_spline():
+    rows, columns = 3, 4
+    model = nurbs.body(rows, columns, (4, 5))
+    assert len(model.surfaces) == 12 and model.span_count == 12 * 20
+    for k, surface in enumerate(model.surfaces):
+        row, column = divmod(k, columns)
+        beside = model.surfaces[row * columns + (column + 1) % columns]
+        above = model.surfaces[(row + 1) % rows * columns + column]
+        assert np.array_equal(surface.points[:, -1], beside.points[:, 0])
+        assert np.array_equal(surface.points[-1], above.points[0])
+        # one tangent on both sides
+        assert np.diff(surface.points[:, -2:], axis=1) == pytest.approx(
+            np.diff(beside.points[:, :2], axis=1), abs=1e-12
+        )
+    assert len(nurbs.body().surfaces) == 88 and nurbs.body().span_count == 11_616

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from lodbench.datasets_gen.nurbs_surface import NurbsSurface
 from lodbench.datasets_gen.surfaces import (
     BezierPatches,
     GeometryImage,
-    NurbsSurface,
     TriangleMesh,
 )
 

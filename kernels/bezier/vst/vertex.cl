@@ -1,14 +1,15 @@
 // Vertex shader tessellation: the stored parametric map becomes points and normals of every patch.
 //
 // Source    Concheiro 2013, chapter 2 (VST); Concheiro et al., GRAPP 2010
-// Work      1-D over chunks of output vertices, row after row of the map and patch after patch
+// Work      1-D over chunks of output vertices, row after row of the map and patch after patch; whole blocks of rows are
+//           the fastest
 // Reads     map        float[8 * map_stride]   as bezier/row.cl has it
 //           controls   float[64 * patches]     as bezier/patch.cl has it
 // Writes    positions  float[3 * vertices]     packed; patch after patch
 //           normals    float[3 * vertices]     packed, unit length; nothing where NORMALS is 0
 // Needs     bezier/row.cl
 // Plain     bezier/vst/reference.py
-// Defines   CHUNK (a multiple of eight), NORMALS (1: normals too), STREAMING (bezier/output.cl)
+// Defines   CHUNK (the longest chunk, where STREAMING), NORMALS (1: normals too), STREAMING (bezier/output.cl)
 
 __kernel void vst_vertex(
     __global const float *restrict map,
@@ -17,13 +18,14 @@ __kernel void vst_vertex(
     __global float *restrict normals,
     const uint map_stride,
     const uint side,
+    const uint chunk, // a multiple of eight
     const ulong vertex_count)
 {
-    const ulong first = (ulong)get_global_id(0) * CHUNK;
+    const ulong first = (ulong)get_global_id(0) * chunk;
     if (first >= vertex_count) return;
 
     const bezier_map weights = {map, map_stride};
-    const uint count = (uint)min((ulong)CHUNK, vertex_count - first), each = side * side;
+    const uint count = (uint)min((ulong)chunk, vertex_count - first), each = side * side;
     BEZIER_BEGIN(points, CHUNK, positions + 3 * first);
     BEZIER_BEGIN(directions, NORMALS ? CHUNK : 1, normals + (NORMALS ? 3 * first : 0));
     ulong p = first / each;

@@ -75,3 +75,17 @@ INLINE float8 quadric_merge(const Quadrics *u, const Quadrics *v, Quadrics *sum)
     sum->pz = 0.5f * (u->pz + v->pz) + z;
     return sum->c + TIE * trace * square;
 }
+
+// the first of the sums about a point that lies elsewhere by s
+INLINE void quadric_move(Quadrics *sum, const float3 s)
+{
+    const float bx = sum->bx.s0, by = sum->by.s0, bz = sum->bz.s0;
+    sum->bx.s0 += sum->xx.s0 * s.x + sum->xy.s0 * s.y + sum->xz.s0 * s.z;
+    sum->by.s0 += sum->xy.s0 * s.x + sum->yy.s0 * s.y + sum->yz.s0 * s.z;
+    sum->bz.s0 += sum->xz.s0 * s.x + sum->yz.s0 * s.y + sum->zz.s0 * s.z;
+    const float more = s.x * (bx + sum->bx.s0) + s.y * (by + sum->by.s0) + s.z * (bz + sum->bz.s0);
+    sum->c.s0 = fmax(sum->c.s0 + more, 0.0f);
+    sum->px.s0 += s.x;
+    sum->py.s0 += s.y;
+    sum->pz.s0 += s.z;
+}

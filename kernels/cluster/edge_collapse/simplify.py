@@ -52,7 +52,7 @@ def simplify(
     if locked is not None and place is not None:
         locked = np.bincount(place, locked, given.vertex_count) > 0
     prepared = prepare(device, given, Params.named(**options), locked)
-    frame = run(device, prepared)
+    frame = run(device, prepared, wait=prepared.live)
     (simplified,) = prepared.result()
     vertex_map, counters = prepared.vertex_map(), dict(prepared.counters())
     if not isinstance(prepared, EdgeCollapse):

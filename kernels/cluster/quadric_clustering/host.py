@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -243,9 +243,15 @@ class QuadricClustering(Clustering):
         """Same triangles as the reference, and each representative as deep in its planes, in cells."""
         return verdict(self.result()[0], simplify(self._mesh, self.params, self._upload.warp))
 
+    def read_counts(self, counts: Sequence[Buffer]) -> Sequence[NDArray[np.uint32]]:
+        """As every clustering's; the same wait tells how representatives were placed."""
+        *found, solved = super().read_counts((*counts, self.solved))
+        self._kinds = solved[: self.occupied, 3].astype(np.intp)
+        return found
+
     def more_counters(self) -> Mapping[str, int | float]:
         """As every clustering's, and how the used cells' representatives were placed."""
-        solved = self.device.read(self.solved, self.occupied)[:, 3]
-        placed = np.bincount(solved.astype(np.int64), minlength=len(KINDS) + 1)[1:]
+        self.live()
+        placed = np.bincount(self._kinds, minlength=len(KINDS) + 1)[1:]
         kinds = {f"placed_{kind}": int(n) for kind, n in zip(KINDS, placed, strict=True)}
         return {**super().more_counters(), **kinds}

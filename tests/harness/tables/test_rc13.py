@@ -43,6 +43,32 @@ def test_rows_say_what_is_reused_and_how_fast_vertices_come():
     assert rows["vst"]["published_frame_fps"] is None
 
 
+def test_samples_of_drawn_groups_are_whole_frames():
+    counters = {"triangles": 1000, "vertices": 600}
+    found = group(
+        subject("vst", [0.002] * 10, counters=counters),
+        subject("gl_vst", [0.02] * 10, counters=counters, driver="a driver"),
+        table="rc13_figures_2_10_to_2_13",
+        scene="S1 teapot, drawn",
+    )
+    rows, _ = rows_of("rc13_figures_2_10_to_2_13", found)
+    assert rows["vst"]["frame_fps"] == pytest.approx(500)
+    assert rows["vst"]["vertices_per_s"] is None
+    assert rows["vst"]["ratio_to_gl_vst"] == pytest.approx(10)
+    assert rows["gl_vst"]["driver"] == "a driver"
+
+
+def test_rate_over_the_flat_pattern_counts_vertices():
+    found = group(
+        subject("vst", [0.002] * 10, counters={"triangles": 1000, "vertices": 600}),
+        subject("flat_patches", [0.001] * 10, counters={"triangles": 1000, "vertices": 660}),
+        table="rc13_figures_2_10_to_2_13",
+    )
+    rows, _ = rows_of("rc13_figures_2_10_to_2_13", found)
+    assert rows["vst"]["rate_to_flat_patches"] == pytest.approx(0.5 * 600 / 660)
+    assert rows["flat_patches"]["rate_to_flat_patches"] is None
+
+
 def test_a_draw_takes_its_share_of_the_frame():
     counters = {"triangles": 1000, "draws": 4}
     found = group(

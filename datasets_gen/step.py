@@ -1,0 +1,126 @@
+"""The B-spline surfaces of a STEP file.
+
+Source: ISO 10303-21 (clear text) and ISO 10303-42, b_spline_surface_with_knots and rational_b_spline_surface.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
+
+KNOTS, RATIONAL, PLAIN = (
+    "B_SPLINE_SURFACE_WITH_KNOTS",
+    "RATIONAL_B_SPLINE_SURFACE",
+    "B_SPLINE_SURFACE",
+)
+FACES = "ADVANCED_FACE", "FACE_SURFACE"
+OTHER = re.compile(
+    r"=\s*(?:PLANE|CYLINDRICAL_SURFACE|CONICAL_SURFACE|SPHERICAL_SURFACE|TOROIDAL_SURFACE|BEZIER_SURFACE"
+    r"|UNIFORM_SURFACE|QUASI_UNIFORM_SURFACE|SURFACE_OF_REVOLUTION|SURFACE_OF_LINEAR_EXTRUSION)\s*\("
+)
+_SKIPPED = re.compile(r"/\*.*?\*/", re.S)
+_STATEMENT = re.compile(r"(?:'(?:[^']|'')*'|[^';])*;", re.S)
+_ENTITY = re.compile(r"\s*#(\d+)\s*=\s*(.*);\s*\Z", re.S)
+_TOKEN = re.compile(
+    r"\s*(?:(?P<text>'(?:[^']|'')*')|(?P<entity>#\d+)|(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+    r"|(?P<enum>\.\w+\.)|(?P<name>[A-Za-z_]\w*)|(?P<sign>[(),$*]))"
+)
+
+
+def parse_step(text: str) -> NurbsModel:
+    """All B-spline surfaces with knots of the file, rational or not.
+
+    Raises:
+        ValueError: not a STEP file, cut short, a surface whose points are not there or that is not valid.
+    """
+    text = _SKIPPED.sub(" ", text)
+    if not text.lstrip().startswith("ISO-10303-21"):
+        raise ValueError(f"expected ISO-10303-21 at the beginning, got {text.lstrip()[:20]!r}")
+    if "END-ISO-10303-21" not in text:
+        raise ValueError("truncated: expected END-ISO-10303-21 at the end, got none")
+    entities: dict[int, str] = {}
+    for statement in _STATEMENT.findall(text):
+        if match := _ENTITY.match(statement):
+            entities[int(match[1])] = match[2].strip()
+    surfaces, names = [], []
+    for number, entity in entities.items():
+        if KNOTS not in entity:
+            continue
+        try:
+            surfaces.append(_surface(_parts(entity), entities))
+        except (ValueError, TypeError, IndexError, KeyError) as error:
+            raise ValueError(f"entity #{number}: {error}") from None
+        names.append(f"#{number}")
+    if not surfaces:
+        raise ValueError("expected B-spline surfaces with knots, got none")
+    notes = []
+    if faces := sum(entity.startswith(FACES) for entity in entities.values()):
+        notes.append(f"trims of {faces} faces are left out")
+    if others := len(OTHER.findall(text)):
+        notes.append(f"{others} surfaces of other kinds are left out")
+    return NurbsModel(tuple(surfaces), tuple(names), tuple(notes))
+
+
+def _surface(parts: Mapping[str, list[Any]], entities: Mapping[int, str]) -> NurbsSurface:
+    knots, weights = parts[KNOTS], None
+    if PLAIN in parts:  # a complex entity has each supertype's own values
+        base, own = parts[PLAIN], knots
+        if RATIONAL in parts:
+            weights = parts[RATIONAL][0]
+    else:
+        base, own = knots[1:], knots[8:]
+    degree_u, degree_v, rows = int(base[0]), int(base[1]), base[2]
+    points = [[_point(entities, reference) for reference in row] for row in rows]
+    counts = [[int(n) for n in own[k]] for k in range(2)]
+    knots_u, knots_v = (
+        np.repeat(np.array(values, float), count)
+        for values, count in zip(own[2:4], counts, strict=True)
+    )
+    return NurbsSurface(degree_u, degree_v, knots_u, knots_v, points, weights)
+
+
+def _point(entities: Mapping[int, str], reference: Any) -> list[float]:
+    number = int(str(reference)[1:])
+    if number not in entities:
+        raise ValueError(f"expected the point #{number}, got none")
+    point = _parts(entities[number]).get("CARTESIAN_POINT")
+    if point is None or len(point) < 2 or len(point[1]) != 3:
+        raise ValueError(f"expected a point of three coordinates at #{number}, got another")
+    return point[1]
+
+
+def _parts(entity: str) -> dict[str, list[Any]]:
+    """The values of each type of an entity, by the type's name: lists of numbers, texts, `#12` and lists of such."""
+    found: dict[str, list[Any]] = {}
+    open_lists: list[list[Any]] = []
+    name, place = "", 0
+    complex_entity = entity.startswith("(")
+    while place < len(entity):
+        match = _TOKEN.match(entity, place)
+        if match is None:
+            raise ValueError(f"expected values, got {entity[place : place + 20]!r}")
+        place = match.end()
+        token, kind = match[0].strip(), match.lastgroup
+        if token == "(":
+            made: list[Any] = []
+            if open_lists:
+                open_lists[-1].append(made)
+            open_lists.append(made)
+            if len(open_lists) == 1 + complex_entity:
+                found[name] = made
+        elif token == ")":
+            if not open_lists:
+                raise ValueError("expected a bracket to close, got none open")
+            open_lists.pop()
+        elif kind == "name":
+            name = token.upper()
+        elif token != "," and open_lists:
+            open_lists[-1].append(float(token) if kind == "number" else token)
+    if open_lists:
+        raise ValueError("truncated: expected brackets to close, got the end")
+    return found
