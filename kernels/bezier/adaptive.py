@@ -34,7 +34,7 @@ from lodbench.kernels.bezier.measures import (
 from lodbench.kernels.bezier.sources import normal_sources
 from lodbench.kernels.bezier.tessellated import (
     CONTROL_FLOATS,
-    LARGEST,
+    check_size,
     control_rows,
     shared_normals,
     vertex_total,
@@ -65,14 +65,14 @@ class Adaptive(DeviceSubject):
     """
 
     inserted: Callable[[Flags, Flags, int], Flags]
+    _tests: Program
     _program: Program
 
     def __init__(self, device: Device, patches: BezierPatches, params: AdaptiveParams) -> None:
         super().__init__(device)
         self._patches, self._params = patches, params
         self.count = len(patches.points)
-        if (size := float(np.abs(patches.points).max(initial=0))) > LARGEST:
-            raise ValueError(f"points: expected coordinates up to {LARGEST:g}, got {size:g}")
+        check_size(patches.points)
         self._level = params.base + DEEPEST  # of the map
         self.cells = self.count * 4**params.base
         vertex_total(2 * self.cells, MOST_VERTICES)
@@ -88,10 +88,12 @@ class Adaptive(DeviceSubject):
 
     def build(self, *files: str, **defines: int) -> Program:
         """The system's kernels, by test and what else they are built with."""
-        test, normals = TESTS[self._params.test], int(self._params.normals)
-        defines |= {"TEST": test, "NORMALS": normals, "STREAMING": 1}
-        with self.setup.host("build"):
-            self._program = self.device.build(*files, defines=defines)
+        defines |= {"TEST": TESTS[self._params.test], "STREAMING": 1}
+        with self.setup.host("build"):  # what a test has no use for would not be left out
+            self._tests, self._program = (
+                self.device.build(*files, defines=defines | {"NORMALS": int(normals)})
+                for normals in (self._params.test == "flat", self._params.normals)
+            )
         return self._program
 
     def prepare(self, kernel: str, tested: Mapping[str, Any], emitted: Mapping[str, Any]) -> None:
@@ -110,7 +112,7 @@ class Adaptive(DeviceSubject):
         ]
         self._totals = [self.allocate(f"{n}_total", 1, np.uint32) for n in ("vertex", "triangle")]
         self._counts = self.allocate("counts", 2, np.uint32, "output")
-        self._testing = self._program.launch(
+        self._testing = self._tests.launch(
             f"{kernel}_test", cells, stage="geometry_test", local=group_size(self.device),
             map=self._map, controls=self._controls, masks=self._masks, vertex_counts=sizes[0],
             triangle_counts=sizes[1], screen=self._screen(None),

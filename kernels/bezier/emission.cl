@@ -29,7 +29,7 @@ static inline void bezier_emit(__global float *restrict positions, __global floa
     float points[CELL_FLOATS], directions[NORMALS ? CELL_FLOATS : 1];
     const uint4 ways[2] = {bezier_corners(bezier_way(masks.x)), bezier_corners(bezier_way(masks.y))};
     const uint rows = bezier_rows_used(ways[0], masks.x) | bezier_rows_used(ways[1], masks.y);
-    bezier_cell_rows(points, directions, &patch, map, cell, rows, side, NORMALS);
+    bezier_cell_rows(points, directions, &patch, map, cell, rows, side);
     const uint last = side - 1;
     const bool is_outer = cell.i == 0 || cell.j == 0 || cell.i + CELL == last || cell.j + CELL == last;
     for (uint t = 0; t < 2; ++t) {

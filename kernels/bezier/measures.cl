@@ -8,6 +8,7 @@
 // Needs     bezier/cell.cl
 // Plain     bezier/measures.py
 // Defines   TEST  0: distance from the chord, 1: angle between the normals at its ends, 2: length on the screen
+//           NORMALS (1 with the second)
 
 #pragma OPENCL FP_CONTRACT OFF
 
@@ -45,29 +46,42 @@ static inline float3 bezier_compared(const float3 p, const float2 measure, const
     return TEST == 0 ? p * measure.x : bezier_projected(p, screen);
 }
 
+// a point of each row of a block, at a column of its own
+static inline planes8 bezier_across(const bezier_block *block, const float8 t)
+{
+    const float8 *m = block->point, tt = t * t;
+#define ACROSS(k) (fma(tt, m[k + 2], m[k]) + t * fma(tt, m[k + 3], m[k + 1]))
+    const planes8 p = {ACROSS(0), ACROSS(4), ACROSS(8)};
+    return p;
+}
+
 // the samples on the cell's edges and diagonals alone
 static inline void bezier_outline(float *out, const bezier_patch *patch, const bezier_map map, const bezier_cell cell,
     const uint side, const float2 measure, const float16 screen)
 {
-    bezier_cell_rows(out, out, patch, map, cell, 0x101, side, false);
+    bezier_block block;
+    bezier_block_of(&block, patch, map, cell.i + CELL);
+    bezier_cell_row(out, out, &block, 0, patch, map, cell, CELL, side);
+    bezier_block_of(&block, patch, map, cell.i);
+    bezier_cell_row(out, out, &block, 0, patch, map, cell, 0, side);
     for (uint k = 0; k < CELL_SIDE; ++k) {
         vstore3(bezier_compared(vload3(k, out), measure, screen), k, out);
         vstore3(bezier_compared(vload3(72 + k, out), measure, screen), 72 + k, out);
     }
     __global const float *t = map.weights + 7 * map.stride + cell.j;
+    const float8 along = vload8(0, t), back = vload8(0, t + 1);
+    const planes8 down = bezier_across(&block, along);
+    const planes8 up = bezier_across(&block, SHUFFLE8(back, back, 7, 6, 5, 4, 3, 2, 1, 0));
+    planes8 first = bezier_across(&block, (float8)(t[0])), last = bezier_across(&block, (float8)(t[CELL]));
+    const float8 *c = block.controls; // where a row crosses a border its own control points are the border's
+    if (cell.j == 0) first.x = c[0], first.y = c[4], first.z = c[8];
+    if (cell.j + CELL == side - 1) last.x = c[3], last.y = c[7], last.z = c[11];
     for (uint i = 1; i < CELL; ++i) {
-        bezier_row row;
-        bezier_row_of(&row, patch, map, cell.i + i, false);
-        const float8 v = (float8)(t[0], t[i], t[CELL - i], t[CELL], t[0], t[i], t[CELL - i], t[CELL]);
-        const float4 *m = row.point;
-        const planes8 p = {BEZIER_POWERS3(v, m, x), BEZIER_POWERS3(v, m, y), BEZIER_POWERS3(v, m, z)};
-        const float3 first = cell.j == 0 ? row.controls[0].xyz : (float3)(p.x.s0, p.y.s0, p.z.s0);
-        const float3 last = cell.j + CELL == side - 1 ? row.controls[3].xyz : (float3)(p.x.s3, p.y.s3, p.z.s3);
         const uint at = CELL_SIDE * i;
-        vstore3(bezier_compared(first, measure, screen), at, out);
-        vstore3(bezier_compared((float3)(p.x.s1, p.y.s1, p.z.s1), measure, screen), at + i, out);
-        vstore3(bezier_compared((float3)(p.x.s2, p.y.s2, p.z.s2), measure, screen), at + CELL - i, out);
-        vstore3(bezier_compared(last, measure, screen), at + CELL, out);
+        vstore3(bezier_compared(bezier_lane(&first, i), measure, screen), at, out);
+        vstore3(bezier_compared(bezier_lane(&down, i), measure, screen), at + i, out);
+        vstore3(bezier_compared(bezier_lane(&up, i), measure, screen), at + CELL - i, out);
+        vstore3(bezier_compared(bezier_lane(&last, i), measure, screen), at + CELL, out);
     }
 }
 #endif
@@ -81,7 +95,7 @@ static inline void bezier_measures_of(bezier_measures *m, const bezier_patch *pa
     m->borders = (cell.i == 0) | (cell.i + CELL == side - 1) << 1 | (cell.j == 0) << 2 | (cell.j + CELL == side - 1) << 3;
 #if TEST == 1
     float points[CELL_FLOATS];
-    bezier_cell_rows(points, m->at, patch, map, cell, 0x1ff, side, true);
+    bezier_cell_rows(points, m->at, patch, map, cell, 0x1ff, side);
     for (uint k = 0; k < 2; ++k) {
         const float16 c = patch->rows[3 * k];
         if (m->borders >> k & 1)
@@ -97,7 +111,7 @@ static inline void bezier_measures_of(bezier_measures *m, const bezier_patch *pa
         bezier_outline(m->at, patch, map, cell, side, measure, screen);
         return;
     }
-    bezier_cell_rows(m->at, m->at, patch, map, cell, 0x1ff, side, false);
+    bezier_cell_rows(m->at, m->at, patch, map, cell, 0x1ff, side);
     for (uint k = 0; k < CELL_SIDE * CELL_SIDE; ++k)
         vstore3(bezier_compared(vload3(k, m->at), measure, screen), k, m->at);
 #endif
