@@ -10,39 +10,52 @@
 //                                             of control points that make the slope
 // Needs     nurbs/triangle.cl
 // Plain     nurbs/reference.py
-// Defines   BASIS (0: stair, 1: triangle, 2: Cox-de Boor), NORMALS (1: slopes too)
+// Defines   BASIS (0: stair, 1: triangle, 2: Cox-de Boor), NORMALS (1: slopes too), MOST_DEGREE
+//           (3, 5, 7: what is more is not built)
 
 #pragma OPENCL FP_CONTRACT OFF
 
 #define PLANES 8 // of values; those of slopes follow
 
 #if BASIS == 0
-// sums of products: the paths with k steps down; those that have climbed to one degree share what they have
+// sums of products: each path climbs from degree d with r steps down, and what it has is its own; no loop, no table
+#define NURBS_CLIMB(height, next)                                                                                      \
+    static inline __attribute__((always_inline)) void nurbs_climb##height(float8 *values, float8 *slopes,              \
+        __global const float *span, const float8 t, const float8 s, const float8 product, const uint d, const uint r)  \
+    {                                                                                                                  \
+        const float inverse = span[16 + NURBS_WIDTH(d, r)];                                                            \
+        if (height == 1) slopes[r] += product;                                                                         \
+        next(values, slopes, span, t, s, product * ((t + span[r]) * inverse), d + 1, r);                               \
+        next(values, slopes, span, t, s, product * ((s + span[7 + d - r]) * inverse), d + 1, r + 1);                   \
+    }
+#define NURBS_ARRIVED(values, slopes, span, t, s, product, d, r) values[r] += product
+NURBS_CLIMB(1, NURBS_ARRIVED)
+NURBS_CLIMB(2, nurbs_climb1)
+NURBS_CLIMB(3, nurbs_climb2)
+NURBS_CLIMB(4, nurbs_climb3)
+NURBS_CLIMB(5, nurbs_climb4)
+NURBS_CLIMB(6, nurbs_climb5)
+NURBS_CLIMB(7, nurbs_climb6)
+
 static inline void nurbs_basis8(
     float8 *values, float8 *slopes, __global const float *span, const float8 t, const float8 s, const uint p)
 {
-    float8 products[128];
-    products[0] = (float8)(1.0f);
-    for (uint d = 1; d <= p; ++d) {
-        const uint count = 1u << (d - 1);
-        float8 flat[7], down[7];
-        for (uint r = 0; r < d; ++r) {
-            const float inverse = span[16 + NURBS_WIDTH(d, r)];
-            flat[r] = (t + span[r]) * inverse;
-            down[r] = (s + span[7 + d - r]) * inverse;
-            if (d == p) slopes[r] = (float8)(0.0f);
-        }
-        for (uint path = 0; path < count; ++path) {
-            const uint r = popcount(path);
-            const float8 here = products[path];
-            if (d == p) slopes[r] += here;
-            products[path + count] = here * down[r];
-            products[path] = here * flat[r];
-        }
+    const float8 one = (float8)(1.0f);
+    for (uint k = 0; k < 8; ++k) values[k] = slopes[k] = (float8)(0.0f);
+    switch (p) {
+    case 1: nurbs_climb1(values, slopes, span, t, s, one, 1, 0); break;
+    case 2: nurbs_climb2(values, slopes, span, t, s, one, 1, 0); break;
+    case 3: nurbs_climb3(values, slopes, span, t, s, one, 1, 0); break;
+#if MOST_DEGREE > 3
+    case 4: nurbs_climb4(values, slopes, span, t, s, one, 1, 0); break;
+    case 5: nurbs_climb5(values, slopes, span, t, s, one, 1, 0); break;
+#endif
+#if MOST_DEGREE > 5
+    case 6: nurbs_climb6(values, slopes, span, t, s, one, 1, 0); break;
+    case 7: nurbs_climb7(values, slopes, span, t, s, one, 1, 0); break;
+#endif
     }
     for (uint r = 0; r < p; ++r) slopes[r] *= (float)p * span[16 + NURBS_WIDTH(p, r)];
-    for (uint k = 0; k <= p; ++k) values[k] = (float8)(0.0f);
-    for (uint path = 0; path < (1u << p); ++path) values[popcount(path)] += products[path];
 }
 #elif BASIS == 1
 #define nurbs_basis8 nurbs_triangle8
@@ -103,7 +116,9 @@ __kernel void nurbs_basis(
     const uint4 row = vload4(octet, octets);
     const uint first = row.x, count = row.y, p = row.w;
     float8 values[8], slopes[8];
-    nurbs_basis8(values, slopes, spans + SPAN_FLOATS * row.z, vload8(0, places + first), vload8(0, places + stride + first), p);
+    __global const float *span = spans + SPAN_FLOATS * row.z;
+    const float8 t = vload8(0, places + first), s = vload8(0, places + stride + first);
+    nurbs_basis8(values, slopes, span, t, s, p);
     for (uint k = 0; k <= p; ++k) nurbs_basis_put(weights + (p - k) * stride + first, values[k], count);
 #if NORMALS
     for (uint r = 0; r < p; ++r) nurbs_basis_put(weights + (PLANES + p - 1 - r) * stride + first, slopes[r], count);

@@ -110,7 +110,12 @@ class Tessellated(DeviceSubject):
         self._stride = tables.stride
         if not self.vertices:
             return
-        basis = {"BASIS": BASES.index(params.basis), "NORMALS": int(params.normals)}
+        most = max(max(s.degree_u, s.degree_v) for s in model.surfaces)
+        basis = {
+            "BASIS": BASES.index(params.basis),
+            "NORMALS": int(params.normals),
+            "MOST_DEGREE": next(degree for degree in (3, 5, 7) if most <= degree),
+        }
         with self.setup.host("build"):
             program = device.build("nurbs/basis.cl", defines=basis)
         launch = program.launch(
