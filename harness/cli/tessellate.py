@@ -60,6 +60,13 @@ def tessellate(
             "--level", "-n", help="2^level segments along each side of a patch or surface."
         ),
     ] = 4,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            "--tolerance",
+            help="In place of a level: largest distance to NURBS surfaces, as a share of the box's diagonal.",
+        ),
+    ] = None,
     method: Annotated[
         str | None,
         typer.Option(
@@ -87,10 +94,11 @@ def tessellate(
     surface = _curved(source)
     for note in getattr(surface, "notes", ()):
         say(f"note: {source}: {note}", err=True)
+    near = {} if tolerance is None else {"tolerance": tolerance}
     opened = Device.open(device)
     started = time.perf_counter()
     result = tessellate_surface(
-        opened, surface, level=level, method=method, weld=weld, **parameters(settings)
+        opened, surface, level=level, method=method, weld=weld, **near, **parameters(settings)
     )
     target.write_parts(result.parts, result.mesh, Source(surface), json_output)
     what = "patches" if "patches" in result.counters else "surfaces"

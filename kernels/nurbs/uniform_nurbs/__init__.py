@@ -33,6 +33,7 @@ SYSTEM = System(
         "triangle": Params(5, basis="triangle"),
         "cox_de_boor": Params(5, basis="cox_de_boor"),
         "positions_7": Params(7, normals=False),
+        "near": Params(tolerance=1e-3),
     },
     verbs={"tessellate": tessellate},
 )

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from lodbench.datasets_gen.nurbs_surface import NurbsModel
 from lodbench.kernels.launching import group_size, kernel_defines
+from lodbench.kernels.nurbs.borders import borders_of
 from lodbench.kernels.nurbs.tessellated import Tessellated, sampled
+from lodbench.kernels.nurbs.tolerance import within
 from lodbench.kernels.nurbs.uniform_nurbs.params import Params
 from lodbench.kernels.opencl import Device
 
@@ -13,7 +17,13 @@ class UniformNurbs(Tessellated):
     """A model under uniform tessellation: see `lodbench.kernels.nurbs.uniform_nurbs`."""
 
     def __init__(self, device: Device, model: NurbsModel, params: Params) -> None:
-        super().__init__(device, model, params, sampled(model, params))
+        largest = None
+        if params.tolerance is None:
+            samples = sampled(model, params)
+        else:
+            samples, largest = within(model, borders_of(model), params.tolerance)
+        self._largest = largest
+        super().__init__(device, model, params, samples)
         size = self.vertex_bytes * self.vertices
         defines = self.defines | kernel_defines(device, size)
         if self.vertices:
@@ -30,3 +40,8 @@ class UniformNurbs(Tessellated):
             read = self.buffers["controls"].size_bytes + self.buffers["weights"].size_bytes
             self.add(launch, bytes=size + read, flops=flops)
         self.finish()
+
+    def more_counters(self) -> Mapping[str, int | float]:
+        """With a tolerance, also the largest distance that was measured, as a share of the box."""
+        found = dict(super().more_counters())
+        return found if self._largest is None else found | {"largest_distance": self._largest}

@@ -144,3 +144,14 @@ def test_broken_nurbs_are_one_line(tmp_path, capsys):
         assert main(["tessellate", str(file), str(tmp_path / "out.ply")]) == 2
         said = capsys.readouterr().err
         assert said.count("\n") == 1 and said.startswith("error: ")
+
+
+def test_tessellate_keeps_to_a_tolerance(tmp_path, capsys):
+    out = tmp_path / "ball.ply"
+    assert main(["tessellate", "rational_ball", str(out), "--tolerance", "0.001", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["counters"]["largest_distance"] <= 0.001
+    corners = read_mesh(out).positions[read_mesh(out).triangles].astype(np.float64)
+    centres = np.linalg.norm(corners.mean(axis=1), axis=1)
+    assert 0 < (1 - centres).max() <= 0.001 * np.sqrt(12)
+    assert main(["tessellate", "pot_32", str(out), "--tolerance", "0.001"]) == 2
+    assert "option: expected one" in capsys.readouterr().err
