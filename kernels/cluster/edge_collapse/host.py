@@ -1,4 +1,7 @@
-"""Edge collapse on the device: the mesh as it shrinks, sweep by sweep."""
+"""Edge collapse on the device: the mesh as it shrinks, sweep by sweep.
+
+Long because all arguments of the kernels are set here.
+"""
 
 from __future__ import annotations
 
