@@ -126,9 +126,8 @@ def distance_from(
         raise ValueError("result: expected triangles to compare, got none")
     frame = _origin(result), result.box[0], diagonal or 1.0
     located = Located(result, frame)
-    step = (
-        -(-reference.vertex_count // COMPARED) | 1
-    )  # odd: no row of a pattern is met at one place alone
+    # odd: no row of a pattern is met at one place alone
+    step = -(-reference.vertex_count // COMPARED) | 1
     points = _placed(reference, reference.positions[::step], frame)
     squared, _ = located.nearest(points)
     areas = _vertex_areas(reference)[::step]
