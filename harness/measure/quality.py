@@ -168,8 +168,7 @@ def measure(
             error this may be the sheet's other side. None above 1,000,000 triangles.
         `border_error`: largest distance between the borders, either way; see `border.border_distance`.
         `error_samples`: samples per direction. `error_vertices`: vertices tested, at most 1,000,000 per mesh.
-        All errors are 0 when both meshes have no triangles, and None when one of them has none.
-        And what `topology` counts in the result.
+        All errors are 0 when both meshes have no triangles, None when one has none. And what `topology` counts.
 
     Raises:
         Unsupported: libigl is not installed.
