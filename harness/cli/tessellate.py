@@ -54,7 +54,7 @@ def tessellate(
         typer.Argument(
             metavar="IN",
             autocompletion=complete.datasets,
-            help="Bicubic Bezier patches: BPT, NPZ with `patches` (n, 4, 4, 3), or - for standard input; NURBS surfaces: "
+            help="Bicubic Bezier patches: BPT, NPZ with `patches` (n, 4, 4, 3), or - for standard input; NURBS: "
             "IGES, STEP, JSON; or a dataset's name.",
         ),
     ],

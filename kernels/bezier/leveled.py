@@ -18,6 +18,7 @@ from lodbench.kernels.bezier.arrangement import Arrangement
 from lodbench.kernels.bezier.lattice import side_vertices
 from lodbench.kernels.bezier.level_params import LeveledParams
 from lodbench.kernels.bezier.reference import Doubles, normals_at, points_at
+from lodbench.kernels.bezier.sources import normal_sources
 from lodbench.kernels.bezier.tessellated import (
     CHECKED,
     CONTROL_FLOATS,
@@ -180,7 +181,7 @@ class Leveled(DeviceSubject):
 
     def _join(self, program: Any) -> None:
         """Points on borders, normals there, and triangles."""
-        places, owners = border_places(self._arrangements), normal_owners(self._borders)
+        places, owners = border_places(self._arrangements), normal_sources(self._borders)
         topology = [one.triangles for one in self._arrangements]
         with self.setup.host("upload"):
             held = {
@@ -337,13 +338,3 @@ def border_places(arrangements: Sequence[Arrangement]) -> list[borders.Numbers]:
         slots = np.flatnonzero((i == 0) | (i == n) | (j == 0) | (j == n))
         found.append(np.stack([slots, i[slots], j[slots]], axis=1))
     return found
-
-
-def normal_owners(found: borders.Borders) -> np.ndarray:
-    """Whose normals a patch's edges and corners have, (m, 8) uint32, as levels.cl reads them."""
-    count = len(found.curve)
-    own = np.arange(4 * count).reshape(count, 4)
-    edge = np.where(found.smooth, found.owner, own)
-    against = found.turned != found.turned.ravel()[edge]
-    packed = 2 * edge + (against & found.smooth)
-    return np.concatenate([packed, found.corner_owner], axis=1).astype(np.uint32)
