@@ -232,8 +232,8 @@ class Leveled(DeviceSubject):
         number, _ = borders.sharing(self._borders, self.finest)
         key = number[patch, i * side + j]
         _, first, vertex = np.unique(key, return_index=True, return_inverse=True)
-        vertex = vertex.reshape(-1)
-        triangles = vertex[mesh.triangles.astype(np.int64)].astype(np.uint32)
+        vertex = vertex.reshape(-1).astype(np.uint32)
+        triangles = vertex[mesh.triangles]
         a, b, c = triangles.T
         triangles = triangles[(a != b) & (b != c) & (c != a)]
         used = np.zeros(len(first), np.bool_)  # a vertex of a patch that has none left
