@@ -26,7 +26,7 @@ SHARE = 0.15  # of the edges that may go in a round
 RATE = 0.1  # of the triangles that go in one, about
 MORE = 4  # rounds between two looks at whether the target is met
 MOST = 2000  # rounds, whatever comes
-DONE = 5  # word of the state
+DONE, MET = 5, 8  # words of the state
 
 
 class Rounds(EdgeCollapse):
@@ -166,6 +166,6 @@ class Rounds(EdgeCollapse):
                     launch(timeline)
                 rounds += 1
             planned = MORE
-            done = bool(self.device.read(self.state)[DONE])
+            done = bool(self.device.read(self.state)[[DONE, MET]].any())
         for step in self._enqueued[self._before :]:
             step.enqueue(timeline)
