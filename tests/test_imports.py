@@ -95,6 +95,7 @@ NAMING = {
     "lodbench.harness.claims",
     "lodbench.kernels.verbs",
     "lodbench.harness.distributed",
+    "lodbench.harness.report.adaptive_tessellations",
     "lodbench.harness.report.chains",
     "lodbench.harness.report.distances",
     "lodbench.harness.report.octrees",

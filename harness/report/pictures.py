@@ -13,6 +13,7 @@ from lodbench.harness.baselines.drawn_mesh import DrawnMesh, Params
 from lodbench.harness.measure.timing import interleave, take
 from lodbench.harness.record.record import RunRecord, read_run, write_json
 from lodbench.harness.report import chains, compared
+from lodbench.harness.report.adaptive_tessellations import adaptive_pictures
 from lodbench.harness.report.amounts import rounded
 from lodbench.harness.report.distances import DRAWN_FROM, distance_pictures
 from lodbench.harness.report.methods import method_pictures
@@ -64,6 +65,7 @@ def write_pictures(folder: Path, device: Device) -> list[dict[str, Any]]:
         method_pictures(record, SIZE, device),
         refinement_pictures(record, SIZE, device),
         tessellation_pictures(record, SIZE, device),
+        adaptive_pictures(record, SIZE, device),
         _datasets(record, device),
     ):
         write_png(images / picture["file"], pixels)

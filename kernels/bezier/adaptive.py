@@ -20,6 +20,7 @@ from lodbench.kernels.bezier.candidates import (
     Flags,
     cell_samples,
     nodes_of,
+    triangle_counts,
     ways_of,
 )
 from lodbench.kernels.bezier.divergence import divergence
@@ -30,9 +31,10 @@ from lodbench.kernels.bezier.measures import (
     inverse_diagonal,
     screen_rows,
 )
+from lodbench.kernels.bezier.sources import normal_sources
 from lodbench.kernels.bezier.tessellated import (
     CONTROL_FLOATS,
-    LARGEST,
+    check_size,
     control_rows,
     shared_normals,
     vertex_total,
@@ -63,14 +65,14 @@ class Adaptive(DeviceSubject):
     """
 
     inserted: Callable[[Flags, Flags, int], Flags]
+    _tests: Program
     _program: Program
 
     def __init__(self, device: Device, patches: BezierPatches, params: AdaptiveParams) -> None:
         super().__init__(device)
         self._patches, self._params = patches, params
         self.count = len(patches.points)
-        if (size := float(np.abs(patches.points).max(initial=0))) > LARGEST:
-            raise ValueError(f"points: expected coordinates up to {LARGEST:g}, got {size:g}")
+        check_size(patches.points)
         self._level = params.base + DEEPEST  # of the map
         self.cells = self.count * 4**params.base
         vertex_total(2 * self.cells, MOST_VERTICES)
@@ -86,11 +88,12 @@ class Adaptive(DeviceSubject):
 
     def build(self, *files: str, **defines: int) -> Program:
         """The system's kernels, by test and what else they are built with."""
-        test, normals = TESTS[self._params.test], int(self._params.normals)
-        measured = int(self._params.normals or self._params.test == "flat")
-        defines |= {"TEST": test, "NORMALS": normals, "ROW_NORMALS": measured, "STREAMING": 1}
-        with self.setup.host("build"):
-            self._program = self.device.build(*files, defines=defines)
+        defines |= {"TEST": TESTS[self._params.test], "STREAMING": 1}
+        with self.setup.host("build"):  # what a test has no use for would not be left out
+            self._tests, self._program = (
+                self.device.build(*files, defines=defines | {"NORMALS": int(normals)})
+                for normals in (self._params.test == "flat", self._params.normals)
+            )
         return self._program
 
     def prepare(self, kernel: str, tested: Mapping[str, Any], emitted: Mapping[str, Any]) -> None:
@@ -109,7 +112,7 @@ class Adaptive(DeviceSubject):
         ]
         self._totals = [self.allocate(f"{n}_total", 1, np.uint32) for n in ("vertex", "triangle")]
         self._counts = self.allocate("counts", 2, np.uint32, "output")
-        self._testing = self._program.launch(
+        self._testing = self._tests.launch(
             f"{kernel}_test", cells, stage="geometry_test", local=group_size(self.device),
             map=self._map, controls=self._controls, masks=self._masks, vertex_counts=sizes[0],
             triangle_counts=sizes[1], screen=self._screen(None),
@@ -232,6 +235,11 @@ class Adaptive(DeviceSubject):
         """The level of the map from which vertices come."""
         return self._level
 
+    def triangle_levels(self) -> NDArray[np.int64]:
+        """Of each triangle of the last frame, the finest level of its coarse triangle: 0 to 3."""
+        flags = nodes_of(self.masks()).reshape(-1, NODES)
+        return np.repeat(edge_levels(flags).max(axis=-1), triangle_counts(flags))
+
     def welded(self) -> TriangleMesh:
         """The last frame's mesh with every shared vertex once, and triangles at collapsed edges left out.
 
@@ -268,6 +276,7 @@ class Adaptive(DeviceSubject):
             "patches": self.count,
             "coarse_triangles": 2 * self.cells,
             "segments": 1 << self._params.level,
+            "threshold": self._params.least,
             "launches": len(self._steps),
             **{f"level_{level}_triangles": int(n) for level, n in enumerate(levels)},
             **divergence(self.work(flags)),
@@ -288,11 +297,3 @@ class Adaptive(DeviceSubject):
             static_vertices=vertices,
             static_bytes=size * vertices + POINT * triangles,
         )
-
-
-def normal_sources(found: borders.Borders) -> NDArray[np.uint32]:
-    """Whose normals the edges and corners of patches have, (m, 8) as `bezier/cell.cl` reads them."""
-    own = np.arange(found.owner.size).reshape(-1, 4)
-    owner = np.where(found.smooth, found.owner, own)
-    against = found.turned != found.turned.reshape(-1)[owner]
-    return np.concatenate([2 * owner + against, found.corner_owner], axis=1).astype(np.uint32)

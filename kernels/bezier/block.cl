@@ -12,14 +12,11 @@
 #pragma OPENCL FP_CONTRACT OFF
 
 #define BEZIER_ROWS 8 // of a block
-#ifndef ROW_NORMALS // where normals are also measured, and not only put out
-#define ROW_NORMALS NORMALS
-#endif
 
 typedef struct {
     float8 controls[12]; // of each row's own curve, four of each axis
     float8 point[12];    // by powers of v - 1/2, likewise
-#if ROW_NORMALS
+#if NORMALS
     float8 normal[18]; // likewise, six of each axis; of any length
     planes8 first, middle, last; // unit normals at v = 0, 1/2 and 1
 #endif
@@ -30,7 +27,7 @@ typedef struct {
     uint stride;
 } bezier_map;
 
-#if ROW_NORMALS
+#if NORMALS
 // eight unit normals a little nearer to the middle, where those at (u, v) are bad
 static inline void bezier_mend8(planes8 *n, const int8 is_bad, const bezier_patch *patch, float8 u, float8 v)
 {
@@ -75,15 +72,14 @@ static inline void bezier_block_unit(
 }
 #endif
 
-// the rows from i on; those past the last are of no use. `normals` also asks for what makes them
-static inline void bezier_block_of(
-    bezier_block *block, const bezier_patch *patch, const bezier_map map, const uint i, const bool normals)
+// the rows from i on; those past the last are of no use
+static inline void bezier_block_of(bezier_block *block, const bezier_patch *patch, const bezier_map map, const uint i)
 {
     __global const float *w = map.weights + i;
     const uint s = map.stride;
     const float8 w0 = vload8(0, w), w1 = vload8(0, w + s), w2 = vload8(0, w + 2 * s), w3 = vload8(0, w + 3 * s);
     const float *P = (const float *)patch->rows;
-#if ROW_NORMALS
+#if NORMALS
     const float8 d0 = vload8(0, w + 4 * s), d1 = vload8(0, w + 5 * s), d2 = vload8(0, w + 6 * s);
     const float scale = patch->scale;
     const float16 steps[3] = {(patch->rows[1] - patch->rows[0]) * scale, (patch->rows[2] - patch->rows[1]) * scale,
@@ -101,8 +97,7 @@ static inline void bezier_block_of(
             block->controls[4 * axis + j] = curve[j];
         }
         BEZIER_TO_POWERS(block->point + 4 * axis, curve[0], curve[1], curve[2], curve[3])
-#if ROW_NORMALS
-        if (!normals) continue;
+#if NORMALS
         float8 across[4];
         for (uint j = 0; j < 4; ++j) {
             const float *d = D + 4 * j + axis;
@@ -117,8 +112,7 @@ static inline void bezier_block_of(
         ends[2][axis] = (curve[1] - curve[0]) * scale, ends[3][axis] = (curve[3] - curve[2]) * scale;
 #endif
     }
-#if ROW_NORMALS
-    if (!normals) return;
+#if NORMALS
     bezier_crossed(block->normal, q + 4, r + 6, q + 8, r + 3);
     bezier_crossed(block->normal + 6, q + 8, r, q, r + 6);
     bezier_crossed(block->normal + 12, q, r + 3, q + 4, r);

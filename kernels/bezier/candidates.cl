@@ -6,69 +6,13 @@
 //           the same from either end
 // Reads     nothing
 // Writes    nothing
-// Needs     bezier/cell.cl
+// Needs     bezier/measures.cl
 // Plain     bezier/candidates.py
-// Defines   TEST  0: distance from the chord, 1: angle between the normals at its ends, 2: length on the screen
+// Defines   TEST (bezier/measures.cl)
 
 #pragma OPENCL FP_CONTRACT OFF
 
 #define EDGES_AT_MOST(depth) ((depth) == 3 ? 0xfeu : (depth) == 2 ? 0x54u : (depth) == 1 ? 0x10u : 0u)
-
-typedef struct {
-    float at[CELL_FLOATS];              // points in diagonals, unit normals, or places on the screen
-    float along[4][3 * CELL_SIDE];      // with normals: unit tangents of borders u = 0, u = 1, v = 0, v = 1, or zeros
-    uint borders;                       // bit k: the cell lies on that border
-    float least;                        // of a measure that inserts, squared but for normals
-} bezier_measures;
-
-static inline float3 bezier_projected(const float3 p, const float16 screen)
-{
-    const float4 sum = screen.s0123 * p.x + screen.s4567 * p.y + screen.s89ab * p.z + screen.scdef;
-    return sum.xyz / max(sum.w, 1e-6f); // behind the eye: large
-}
-
-#if TEST == 1
-// unit tangents of a border curve over the cell; where there is none, zeros
-static inline void bezier_tangents(float *out, const float4 a, const float4 b, const float4 c, const float4 d,
-    const bezier_map map, const uint first, const float scale)
-{
-    __global const float *w = map.weights + 4 * map.stride + first;
-    const float4 p = (b - a) * scale, q = (c - b) * scale, r = (d - c) * scale;
-    for (uint k = 0; k < CELL_SIDE; ++k) {
-        const float4 t = BEZIER_QUADRATIC(w[k], w[k + map.stride], w[k + 2 * map.stride], p, q, r);
-        const float square = bezier_square(t.xyz);
-        vstore3(t.xyz * (square > 1e-30f ? 1.0f / sqrt(square) : 0.0f), k, out);
-    }
-}
-#endif
-
-// what the tests compare, at all samples of a cell; `measure`: 1 / diagonal, least measure
-static inline void bezier_measures_of(bezier_measures *m, const bezier_patch *patch, const bezier_map map,
-    const bezier_cell cell, const uint side, const float2 measure, const float16 screen)
-{
-    m->least = measure.y;
-    m->borders = (cell.i == 0) | (cell.i + CELL == side - 1) << 1 | (cell.j == 0) << 2 | (cell.j + CELL == side - 1) << 3;
-#if TEST == 1
-    float points[CELL_FLOATS];
-    bezier_cell_rows(points, m->at, patch, map, cell, 0x1ff, side, true);
-    for (uint k = 0; k < 2; ++k) {
-        const float16 c = patch->rows[3 * k];
-        if (m->borders >> k & 1)
-            bezier_tangents(m->along[k], c.s0123, c.s4567, c.s89ab, c.scdef, map, cell.j, measure.x);
-        if (m->borders >> (2 + k) & 1) {
-            float4 b[4];
-            for (uint r = 0; r < 4; ++r) b[r] = k ? patch->rows[r].scdef : patch->rows[r].s0123;
-            bezier_tangents(m->along[2 + k], b[0], b[1], b[2], b[3], map, cell.i, measure.x);
-        }
-    }
-#else
-    bezier_cell_rows(m->at, m->at, patch, map, cell, 0x1ff, side, false);
-    for (uint k = 0; k < CELL_SIDE * CELL_SIDE; ++k) {
-        const float3 p = vload3(k, m->at);
-        vstore3(TEST == 0 ? p * measure.x : bezier_projected(p, screen), k, m->at);
-    }
-#endif
-}
 
 // by how much the chord between two samples asks for one on it, of which the `share` of the way lies before
 static inline float bezier_asked(const float *from, const uint one, const uint other, const uint middle, const float share)
@@ -94,6 +38,30 @@ static inline uint bezier_closed(uint edge)
     return edge | ((edge >> 2 | edge << 2) & 0x10);
 }
 
+static inline uint bezier_or(const int8 a)
+{
+    const int4 four = a.lo | a.hi;
+    const int2 two = four.lo | four.hi;
+    return (uint)(two.x | two.y);
+}
+
+// the same along an edge: places 0 to 7, and 8 in all lanes of `last`; those of 0 say nothing
+static inline float8 bezier_asked8(const planes8 p, const planes8 last)
+{
+#define ONE(axis) SHUFFLE8(p.axis, last.axis, 0, 0, 0, 2, 0, 4, 4, 6)
+#define OTHER(axis) SHUFFLE8(p.axis, last.axis, 0, 2, 4, 4, 8, 6, 8, 8)
+    const planes8 a = {ONE(x), ONE(y), ONE(z)}, b = {OTHER(x), OTHER(y), OTHER(z)};
+#if TEST == 1
+    const float8 one = a.x * a.x + a.y * a.y + a.z * a.z, other = b.x * b.x + b.y * b.y + b.z * b.z;
+    const float8 turned = max(1.0f - (a.x * b.x + a.y * b.y + a.z * b.z), (float8)(0.0f));
+    return float8_pick(one > 0.5f & other > 0.5f, turned, (float8)(0.0f));
+#else
+    planes8 d = {a.x - b.x, a.y - b.y, a.z - b.z};
+    if (TEST == 0) d.x = (a.x + b.x) * 0.5f - p.x, d.y = (a.y + b.y) * 0.5f - p.y, d.z = (a.z + b.z) * 0.5f - p.z;
+    return d.x * d.x + d.y * d.y + d.z * d.z;
+#endif
+}
+
 // the edge between two of the cell's corners; border: that which it lies on if the cell does, or 4
 static inline bezier_edge bezier_edge_of(
     const bezier_measures *m, const uint first, const uint last, const uint border, const uint depth)
@@ -104,15 +72,18 @@ static inline bezier_edge bezier_edge_of(
     if (border < 4 && m->borders >> border & 1) from = m->along[border], begin = first > last ? CELL : 0, step = first > last ? -1 : 1;
 #endif
     bezier_edge edge;
-    edge.inserted = edge.turned = 0, edge.bent = 0.0f;
-    for (int k = 1; k < CELL; ++k) {
-        const int reach = k & -k;
-        const float asked = bezier_asked(from, begin + step * (k - reach), begin + step * (k + reach), begin + step * k, 0.5f);
-        const uint passes = asked >= m->least ? EDGES_AT_MOST(depth) >> k & 1 : 0;
-        edge.inserted |= passes << k, edge.turned |= passes << (CELL - k);
-        if (!(k & 1)) edge.bent = max(edge.bent, asked);
-    }
-    edge.inserted = bezier_closed(edge.inserted), edge.turned = bezier_closed(edge.turned);
+    planes8 p, q; // places 0 to 7, and 8 in all lanes
+#define EDGE_PLACES(axis, lane)                                                                                        \
+    p.axis = (float8)(AT(0, lane), AT(1, lane), AT(2, lane), AT(3, lane), AT(4, lane), AT(5, lane), AT(6, lane), AT(7, lane)); \
+    q.axis = (float8)(AT(8, lane));
+#define AT(k, lane) from[3 * (begin + step * (k)) + (lane)]
+    EDGE_PLACES(x, 0) EDGE_PLACES(y, 1) EDGE_PLACES(z, 2)
+    const float8 asked = bezier_asked8(p, q);
+    const int8 passes = asked >= m->least;
+    const uint allowed = EDGES_AT_MOST(depth);
+    edge.inserted = bezier_closed(bezier_or(passes & (int8)(1, 2, 4, 8, 16, 32, 64, 128)) & allowed);
+    edge.turned = bezier_closed(bezier_or(passes & (int8)(256, 128, 64, 32, 16, 8, 4, 2)) & allowed);
+    edge.bent = max(max(asked.s2, asked.s4), asked.s6);
     return edge;
 }
 

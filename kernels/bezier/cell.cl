@@ -8,7 +8,7 @@
 // Writes    nothing
 // Needs     bezier/row.cl
 // Plain     bezier/candidates.py
-// Defines   STREAMING (bezier/output.cl; 1: rows are written to a work-item's own store)
+// Defines   NORMALS (1: normals too), STREAMING (bezier/output.cl; 1: rows are written to a work-item's own store)
 
 // node (r, c) of a triangle, 0 <= c <= r <= 8, is bit r (r + 1) / 2 + c of its mask: left c = 0, right c = r, base r = 8.
 // Which corner of the cell is row 0, and which are the ends of the base, is the triangle's way, 0 to 11, from bit 60 on
@@ -65,23 +65,28 @@ static inline uint bezier_lowest(const uint bits) { return 31 - clz(bits & (0u -
 
 static inline uint bezier_highest(const uint bits) { return 31 - clz(bits); }
 
-// the cell's rows whose bit is set in `rows`: points, and normals where they are asked for
-static inline void bezier_cell_rows(float *points, float *normals, const bezier_patch *patch, const bezier_map map,
-    const bezier_cell cell, const uint rows, const uint side, const bool with_normals)
+// row i of the cell, which is number `lane` of the block: points, and normals where NORMALS is 1
+static inline void bezier_cell_row(float *points, float *normals, const bezier_block *block, const uint lane,
+    const bezier_patch *patch, const bezier_map map, const bezier_cell cell, const uint i, const uint side)
 {
-    bezier_block block;
-    for (uint i = 0; i < CELL_SIDE; ++i) {
-        const uint row = cell.i + i, lane = i % BEZIER_ROWS;
-        if (lane == 0 && rows >> i) bezier_block_of(&block, patch, map, row, with_normals);
-        if (!(rows >> i & 1)) continue;
-        if (row == 0 || row == side - 1)
-            bezier_border(points + 3 * CELL_SIDE * i, &block, lane, map, cell.j, CELL_SIDE, 16);
-        else
-            bezier_points(points + 3 * CELL_SIDE * i, &block, lane, map, cell.j, CELL_SIDE, 16, side);
-#if ROW_NORMALS
-        if (with_normals)
-            bezier_normals(normals + 3 * CELL_SIDE * i, &block, lane, patch, map, row, cell.j, CELL_SIDE, 16, side);
+    const uint row = cell.i + i, at = 3 * CELL_SIDE * i;
+    if (row == 0 || row == side - 1) bezier_border(points + at, block, lane, map, cell.j, CELL_SIDE, 16);
+    else bezier_points(points + at, block, lane, map, cell.j, CELL_SIDE, 16, side);
+#if NORMALS
+    bezier_normals(normals + at, block, lane, patch, map, row, cell.j, CELL_SIDE, 16, side);
 #endif
+}
+
+// the cell's rows whose bit is set in `rows`
+static inline void bezier_cell_rows(float *points, float *normals, const bezier_patch *patch, const bezier_map map,
+    const bezier_cell cell, const uint rows, const uint side)
+{
+    for (uint first = 0; first < CELL_SIDE; first += BEZIER_ROWS) {
+        if (!(rows >> first & 0xff)) continue;
+        bezier_block block;
+        bezier_block_of(&block, patch, map, cell.i + first);
+        for (uint i = first; i < min(first + BEZIER_ROWS, (uint)CELL_SIDE); ++i)
+            if (rows >> i & 1) bezier_cell_row(points, normals, &block, i - first, patch, map, cell, i, side);
     }
 }
 

@@ -29,7 +29,9 @@ static inline void bezier_emit(__global float *restrict positions, __global floa
     float points[CELL_FLOATS], directions[NORMALS ? CELL_FLOATS : 1];
     const uint4 ways[2] = {bezier_corners(bezier_way(masks.x)), bezier_corners(bezier_way(masks.y))};
     const uint rows = bezier_rows_used(ways[0], masks.x) | bezier_rows_used(ways[1], masks.y);
-    bezier_cell_rows(points, directions, &patch, map, cell, rows, side, NORMALS);
+    bezier_cell_rows(points, directions, &patch, map, cell, rows, side);
+    const uint last = side - 1;
+    const bool is_outer = cell.i == 0 || cell.j == 0 || cell.i + CELL == last || cell.j + CELL == last;
     for (uint t = 0; t < 2; ++t) {
         const ulong mask = t ? masks.y : masks.x;
         for (uint r = 0; r <= CELL; ++r) {
@@ -37,10 +39,12 @@ static inline void bezier_emit(__global float *restrict positions, __global floa
                 const uint c = bezier_lowest(left), at = bezier_sample(ways[t], r, c);
                 vstore3(vload3(at, points), v, positions);
 #if NORMALS
-                const uint i = cell.i + at / CELL_SIDE, j = cell.j + at % CELL_SIDE, last = side - 1;
-                const bool is_border = i == 0 || i == last || j == 0 || j == last;
-                const float3 n = is_border ? bezier_border_normal(controls, sources, cell.patch, i, j, last)
-                                           : vload3(at, directions);
+                float3 n = vload3(at, directions);
+                if (is_outer) {
+                    const uint i = cell.i + at / CELL_SIDE, j = cell.j + at % CELL_SIDE;
+                    if (i == 0 || i == last || j == 0 || j == last)
+                        n = bezier_border_normal(controls, sources, cell.patch, i, j, last);
+                }
                 vstore3(n, v, normals);
 #endif
             }

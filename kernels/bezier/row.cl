@@ -105,7 +105,7 @@ static inline void bezier_points(BEZIER_OUT float *out, const bezier_block *bloc
     if (is_last) vstore3(bezier_three(block->controls, 3, lane), count - 1, out);
 }
 
-#if ROW_NORMALS
+#if NORMALS
 // units of what was evaluated at these columns of a row; at both borders they are of no use
 static inline planes8 bezier_units(
     const planes8 n, const int8 columns, const bezier_patch *patch, const float u, const uint side)
@@ -164,7 +164,7 @@ static inline uint bezier_rows(BEZIER_OUT float *points, BEZIER_OUT float *norma
     uint i = vertex / side, j = vertex % side, done = 0;
     while (i < side && done < most) {
         bezier_block block;
-        bezier_block_of(&block, patch, map, i, NORMALS);
+        bezier_block_of(&block, patch, map, i);
         for (uint lane = 0; lane < BEZIER_ROWS && i < side && done < most; ++lane, ++i, j = 0) {
             const uint here = min(side - j, most - done), room = most - done;
             if (i == 0 || i == side - 1)

@@ -19,7 +19,7 @@
 //           counts           uint [2]  live vertices and triangles: none where the room does not suffice
 // Needs     bezier/candidates.cl, bezier/emission.cl, bezier/strips.cl
 // Plain     bezier/dabt/reference.py
-// Defines   TEST (bezier/candidates.cl), NORMALS (1: normals too), STREAMING (bezier/output.cl, 1)
+// Defines   TEST (bezier/measures.cl), NORMALS (1: normals too), STREAMING (bezier/output.cl, 1)
 
 __kernel void dabt_geometry_test(
     __global const float *restrict map,
@@ -43,7 +43,7 @@ __kernel void dabt_geometry_test(
     bezier_patch patch;
     bezier_patch_at(&patch, controls, cell.patch);
     bezier_measures m;
-    bezier_measures_of(&m, &patch, weights, cell, side, measure, screen);
+    bezier_measures_of(&m, &patch, weights, cell, side, measure, screen, false);
     bezier_coarse both[2];
     bezier_coarse_both(both, &m, depth);
     uint vertices = 0, faces = 0;

@@ -1,10 +1,10 @@
 """Semi-adaptive Bezier tessellation: tests on the edges of coarse triangles alone, whole rows of vertices between them.
 
-A coarse triangle has one level, the finest of its edges'. Tests, those of `dabt` to the bit, decide on the edges; a row
-that has a vertex on the left or the right edge has all vertices of that level in between, one that has none is left
-out. What a triangle emits thus depends on its three edges alone: there is a pattern for each of their combinations, at
-the most 26^3, made once by a kernel, in place of strips that each triangle builds anew (a reconstruction, as is the
-order of its rows).
+Tests, those of `dabt` to the bit, decide on the edges. Inside a coarse triangle has one level, that of the edge that
+bends least: a row that has a vertex on the left or the right has all vertices of that level in between, one that has
+none is left out. What a triangle emits thus depends on its three edges alone: there is a pattern for each of their
+combinations, at the most 26^3, made once by a kernel, in place of strips that each triangle builds anew (a
+reconstruction, as is the order of its rows).
 
 Source: Concheiro, Real Time Rendering of Parametric Surfaces on the GPU, PhD thesis, A Coruna 2013, chapter 4;
 Concheiro et al., GRAPP 2014 (its successor). Of the chapter its abstract, captions and contents were at hand, hence the

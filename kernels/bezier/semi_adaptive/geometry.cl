@@ -21,7 +21,7 @@
 //           counts           uint [2]  live vertices and triangles: none where the room does not suffice
 // Needs     bezier/candidates.cl, bezier/emission.cl, bezier/semi_adaptive/edges.cl
 // Plain     bezier/semi_adaptive/reference.py
-// Defines   TEST (bezier/candidates.cl), NORMALS (1: normals too), STREAMING (bezier/output.cl, 1), HALVES
+// Defines   TEST (bezier/measures.cl), NORMALS (1: normals too), STREAMING (bezier/output.cl, 1), HALVES
 //           (bezier/semi_adaptive/edges.cl)
 
 __kernel void semi_adaptive_geometry_test(
@@ -48,7 +48,7 @@ __kernel void semi_adaptive_geometry_test(
     bezier_patch patch;
     bezier_patch_at(&patch, controls, cell.patch);
     bezier_measures m;
-    bezier_measures_of(&m, &patch, weights, cell, side, measure, screen);
+    bezier_measures_of(&m, &patch, weights, cell, side, measure, screen, true);
     bezier_coarse both[2];
     bezier_coarse_both(both, &m, depth);
     uint vertices = 0, faces = 0;

@@ -153,7 +153,7 @@ class Hybrid(DeviceSubject):
         return {
             "vertices_in": self.mesh.vertex_count, "triangles_in": self.mesh.triangle_count,
             "first_triangles": first.mesh.triangle_count if first else self.mesh.triangle_count,
-            "first_singles": first.singles if first else self.mesh.vertex_count,
+            "first_apart": first.apart if first else self.mesh.vertex_count,
             "first_tries": self.tries, **more, **missed(self.target, self.live()[1]),
         }  # fmt: skip
 

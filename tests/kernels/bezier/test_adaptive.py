@@ -130,7 +130,7 @@ def test_candidates_of_deeper_levels_hold_those_of_others():
 
 @both
 @settings(max_examples=10, deadline=None)
-@given(sheets, asked, st.integers(0, 4), st.integers(0, 3))
+@given(sheets, asked, st.integers(0, 3), st.integers(1, 3))
 def test_adaptive_meets_without_cracks_however_patches_are_named(
     device, method, surface, test, level, depth
 ):
