@@ -22,7 +22,7 @@ FILES = tuple(
     )
 )  # fmt: skip
 PASSES = 3  # selections from the costs of one round, as in rounds_state.cl
-SHARE = 0.15  # of the edges that may go in a round
+SHARE = 0.1  # of the edges that may go in a round
 RATE = 0.1  # of the triangles that go in one, about
 MORE = 4  # rounds between two looks at whether the target is met
 MOST = 2000  # rounds, whatever comes
