@@ -196,7 +196,7 @@ def names():
 
 def target(name):
     """The target of this name."""
-    return _readers()[name] if name in _readers() else _system(name)
+    return _system(name) if name in systems() else _readers()[name]
 
 
 def outcome(target, description):
