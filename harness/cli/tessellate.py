@@ -54,8 +54,8 @@ def tessellate(
         typer.Argument(
             metavar="IN",
             autocompletion=complete.datasets,
-            help="Bicubic Bezier patches: BPT, NPZ with `patches` (n, 4, 4, 3), or - for standard input; NURBS surfaces: "
-            "IGES, STEP, JSON; or a dataset's name.",
+            help="Bicubic Bezier patches: BPT, NPZ with `patches` (n, 4, 4, 3), or - for standard input; NURBS "
+            "surfaces: IGES, STEP, JSON; or a dataset's name.",
         ),
     ],
     out: OutArgument,
