@@ -54,51 +54,79 @@ static inline net8 rpns_less(const net8 a, const net8 b)
     return found;
 }
 
-// the control points of a Bezier surface
+static inline bool rpns_any(const int8 lanes)
+{
+    const ulong4 words = as_ulong4(lanes);
+    return (words.x | words.y | words.z | words.w) != 0;
+}
+
+// X . (X_u x X_v) at the corners alone, but for positive factors: where one faces the eye, all is said
+static inline int8 rpns_corners_face_away(const net8 *net, const float3 eye, const uint p, const uint q)
+{
+    int8 away = (int8)(-1);
+    for (uint k = 0; k <= p; k += p)
+        for (uint l = 0; l <= q; l += q) {
+            const uint i = k ? p - 1 : 0, j = l ? q - 1 : 0;
+            const net8 du = rpns_less(net[8 * i + 8 + l], net[8 * i + l]), dv = rpns_less(net[8 * k + 1 + j], net[8 * k + j]);
+            const net8 x = rpns_from_eye(net[8 * k + l], eye);
+            away &= rpns_det(x, rpns_from_eye(du, eye), rpns_from_eye(dv, eye)) >= 0.0f;
+        }
+    return away;
+}
+
+// the control points of a Bezier surface; X lies in the box of its control points, and so does its product with each of
+// those of X_u x X_v, which are summed times their binomial coefficients
 static inline int8 rpns_faces_away(
     const net8 *net, const float3 eye, const uint p, const uint q, __global const float *choose)
 {
+    int8 away = rpns_corners_face_away(net, eye, p, q);
+    if (!rpns_any(away)) return away;
+
     const float8 zero = (float8)(0.0f);
-    float8 nx[14 * 14], ny[14 * 14], nz[14 * 14];
-    for (uint i = 0; i < 14 * 14; ++i) nx[i] = ny[i] = nz[i] = zero;
-    float8 far = zero, near = zero, most_u = zero, most_v = zero, weight = zero;
-    for (uint i = 0; i < p; ++i)
-        for (uint j = 0; j <= q; ++j) {
-            const net8 raw = rpns_less(net[8 * i + 8 + j], net[8 * i + j]), du = rpns_from_eye(raw, eye);
-            most_u = fmax(most_u, rpns_size(du)), weight = fmax(weight, fabs(raw.w));
-            for (uint k = 0; k <= p; ++k)
-                for (uint l = 0; l < q; ++l) {
-                    const net8 dv = rpns_from_eye(rpns_less(net[8 * k + 1 + l], net[8 * k + l]), eye);
-                    const float share = choose[14 * (p - 1) + i] * choose[14 * p + k] / choose[14 * (2 * p - 1) + i + k]
-                        * (choose[14 * q + j] * choose[14 * (q - 1) + l] / choose[14 * (2 * q - 1) + j + l]);
-                    const uint at = 14 * (i + k) + j + l;
-                    nx[at] += share * (du.y * dv.z - du.z * dv.y);
-                    ny[at] += share * (du.z * dv.x - du.x * dv.z);
-                    nz[at] += share * (du.x * dv.y - du.y * dv.x);
-                }
-        }
+    net8 dv[64];
+    float8 near = zero, most_u = zero, most_v = zero, weight = zero;
+    net8 low = rpns_from_eye(net[0], eye), high = low;
     for (uint k = 0; k <= p; ++k)
         for (uint l = 0; l <= q; ++l) {
-            if (l < q) {
-                const net8 raw = rpns_less(net[8 * k + 1 + l], net[8 * k + l]);
-                most_v = fmax(most_v, rpns_size(rpns_from_eye(raw, eye))), weight = fmax(weight, fabs(raw.w));
-            }
+            const net8 x = rpns_from_eye(net[8 * k + l], eye);
+            low.x = fmin(low.x, x.x), low.y = fmin(low.y, x.y), low.z = fmin(low.z, x.z);
+            high.x = fmax(high.x, x.x), high.y = fmax(high.y, x.y), high.z = fmax(high.z, x.z);
             near = fmax(near, rpns_size(net[8 * k + l]));
-            far = fmax(far, rpns_size(rpns_from_eye(net[8 * k + l], eye)));
+            if (l == q) continue;
+            const net8 raw = rpns_less(net[8 * k + 1 + l], net[8 * k + l]), d = rpns_from_eye(raw, eye);
+            const float8 times = (float8)(choose[14 * p + k] * choose[14 * (q - 1) + l]);
+            most_v = fmax(most_v, rpns_size(d)), weight = fmax(weight, fabs(raw.w));
+            dv[8 * k + l].x = d.x * times, dv[8 * k + l].y = d.y * times, dv[8 * k + l].z = d.z * times;
+        }
+    float8 nx[14 * 14], ny[14 * 14], nz[14 * 14];
+    for (uint i = 0; i < 2 * p; ++i)
+        for (uint j = 0; j < 2 * q; ++j) nx[14 * i + j] = ny[14 * i + j] = nz[14 * i + j] = zero;
+    for (uint i = 0; i < p; ++i)
+        for (uint j = 0; j <= q; ++j) {
+            const net8 raw = rpns_less(net[8 * i + 8 + j], net[8 * i + j]), d = rpns_from_eye(raw, eye);
+            const float8 times = (float8)(choose[14 * (p - 1) + i] * choose[14 * q + j]);
+            most_u = fmax(most_u, rpns_size(d)), weight = fmax(weight, fabs(raw.w));
+            const float8 x = d.x * times, y = d.y * times, z = d.z * times;
+            for (uint k = 0; k <= p; ++k)
+                for (uint l = 0; l < q; ++l) {
+                    const net8 other = dv[8 * k + l];
+                    const uint at = 14 * (i + k) + j + l;
+                    nx[at] += y * other.z - z * other.y;
+                    ny[at] += z * other.x - x * other.z;
+                    nz[at] += x * other.y - y * other.x;
+                }
         }
     // sixteen roundings of each product, and of the differences that it is made of
     const float eye_size = fabs(eye.x) + fabs(eye.y) + fabs(eye.z);
     const float8 lost = 2e-6f * (near + weight * eye_size);
+    const float8 far = fmax(fabs(low.x), fabs(high.x)) + fmax(fabs(low.y), fabs(high.y)) + fmax(fabs(low.z), fabs(high.z));
     const float8 slack = far * (2e-6f * most_u * most_v + lost * (most_u + most_v));
-    int8 away = (int8)(-1);
-    for (uint k = 0; k <= p; ++k)
-        for (uint l = 0; l <= q; ++l) {
-            const net8 x = rpns_from_eye(net[8 * k + l], eye);
-            for (uint i = 0; i < 2 * p; ++i)
-                for (uint j = 0; j < 2 * q; ++j) {
-                    const uint at = 14 * i + j;
-                    away &= x.x * nx[at] + x.y * ny[at] + x.z * nz[at] > slack;
-                }
+    for (uint i = 0; i < 2 * p; ++i)
+        for (uint j = 0; j < 2 * q; ++j) {
+            const uint at = 14 * i + j;
+            const float8 least = fmin(low.x * nx[at], high.x * nx[at]) + fmin(low.y * ny[at], high.y * ny[at])
+                + fmin(low.z * nz[at], high.z * nz[at]);
+            away &= least > slack * (choose[14 * (2 * p - 1) + i] * choose[14 * (2 * q - 1) + j]);
         }
     return away;
 }
