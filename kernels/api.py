@@ -63,7 +63,8 @@ def simplify_mesh(
             misses: `target_gap`, triangles short of `target`, negative where a method can leave no fewer but none.
         cells: cells along the longest box axis (cubic cells), or (nx, ny, nz); at most 2**27 in all.
         max_error: as a share of the bounding-box diagonal, of a method that keeps to one.
-        method: a system's name, of those with the verb simplify; None takes the preferred one for the surface.
+        method: a system's name, of those with the verb simplify; None takes "auto" for a mesh: by size, target and
+            options one of them, and `counters` say which and why.
         **options: the method's own, those of its Params, such as placement="average"; of a clustering also
             attributes=False, which leaves out the normals, uvs, colours and tags that come along otherwise, and
             remove_flipped=True (see `kernels/cluster/prepare.py`).
@@ -106,7 +107,9 @@ def simplify(
 
     The first three arguments are those of `fast_simplification.simplify`; the rest, and the errors, are those of
     `simplify_mesh`, which also returns the map from input to output vertices, and carries normals, uvs and colours,
-    which are left out here. A `GeometryImage` may stand in for points and faces.
+    which are left out here. A closed manifold stays one, of the same genus. Where the mesh has borders, points at the
+    same place are joined first, so that an STL file's triangles hang together; those of a closed mesh are left apart. A
+    `GeometryImage` may stand in for points and faces.
 
     Returns:
         points (n, 3), float32 where such came in and else float64, and faces (m, 3) uint32.

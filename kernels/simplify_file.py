@@ -116,7 +116,7 @@ def simplify_file(
         target_count: triangles left at most.
         cells: the grid.
         memory: bytes that the process may use beyond what it has now, such as "2G"; None works in core.
-        method: a system's name.
+        method: a system's name; None: as `simplify_mesh`, but where `memory` is given quadric_clustering.
         device: an open device, whose own limit counts then (see `limited_device`), a name, or None for the default.
         told: called with what is being done and the share that is done, 0 to 1, out of core.
         **options: the method's own.
@@ -135,6 +135,8 @@ def simplify_file(
     read.check_writable(out)
     if memory is not None:
         allowed = memory_bytes(memory)
+        if method is None:  # the same whether it fits or not
+            method = verbs.streaming_method()
         if not fits(source, allowed):
             return _streamed(source, out, allowed, method, device, told, targets | options)
     data = read.file_bytes(source)

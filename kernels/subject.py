@@ -80,9 +80,10 @@ class DeviceSubject:
         dtype: Any = None,
         shape: tuple[int | None, ...] | None = None,
         role: Role = "input",
+        lent: bool = False,
     ) -> Buffer:
         """`Device.upload`, counted towards `role`."""
-        (buffer,) = self.hold(role, self.device.upload(name, values, dtype, shape))
+        (buffer,) = self.hold(role, self.device.upload(name, values, dtype, shape, lent))
         return buffer
 
     def hold(self, role: Role, *buffers: Buffer) -> tuple[Buffer, ...]:

@@ -13,7 +13,7 @@ from lodbench.kernels.system import System
 
 VERBS = ("simplify", "refine", "tessellate")
 PREFERRED = {
-    "simplify": ("quadric_clustering", "quadtree_lod"),
+    "simplify": ("auto", "quadric_clustering", "quadtree_lod"),
     "refine": ("pattern",),
     "tessellate": ("vst", "uniform_nurbs"),
 }
@@ -71,9 +71,14 @@ def streaming(name: str | None) -> Callable[..., Left]:
     Raises:
         ValueError: no system of this name does that.
     """
-    for preferred in PREFERRED["simplify"] if name is None else (name,):
-        system = declared(preferred)
-        if system is not None and system.streams is not None:
-            return system.streams
+    system = declared(streaming_method() if name is None else name)
+    if system is not None and system.streams is not None:
+        return system.streams
     able = ", ".join(s.name for s in _answering("simplify") if s.streams is not None)
     raise ValueError(f"method: expected {able} out of core, got {name!r}")
+
+
+def streaming_method() -> str:
+    """The first of the preferred systems that simplifies a file in batches."""
+    systems = map(declared, PREFERRED["simplify"])
+    return next(s.name for s in systems if s is not None and s.streams is not None)

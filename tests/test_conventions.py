@@ -56,6 +56,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/report/table_view.py": "harness/report/test_page.py",
     # commands, through the shell
     "harness/cli/datasets.py": "harness/cli/test_app.py",
+    "harness/cli/guard.py": "harness/report/test_guard.py",
     "harness/cli/lists.py": "harness/cli/test_app.py",
     "harness/cli/measure.py": "harness/cli/test_app.py",
     "harness/cli/mesh.py": "harness/cli/test_files.py",
@@ -78,6 +79,10 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/tables/rc13_6_2.py": "harness/tables/test_nurbs.py",
     "harness/tables/rc13_6_3_to_6_6.py": "harness/tables/test_nurbs.py",
     "harness/tables/rc13_2_1.py": "harness/tables/test_rc13.py",
+    "harness/tables/rc13_3_1.py": "harness/tables/test_rc13.py",
+    "harness/tables/rc13_3_18_3_19.py": "harness/tables/test_rc13.py",
+    "harness/tables/rc13_4_1_4_2.py": "harness/tables/test_rc13.py",
+    "harness/tables/rc13_4_6_to_4_8.py": "harness/tables/test_rc13.py",
     "harness/tables/rc13_5_13_to_5_18.py": "harness/tables/test_rc13.py",
     "harness/tables/rc13_5_1_to_5_3.py": "harness/tables/test_rc13.py",
     "harness/tables/rc13_figures_2_10_to_2_13.py": "harness/tables/test_rc13.py",

@@ -90,10 +90,12 @@ def test_reference_imports_nothing_of_its_host(name):
 
 
 SYSTEMS = {path.parent.name for path in (ROOT / "kernels").glob("*/*/host.py")}
-# the one that says which system a verb prefers, pictures that are about some, and one spread over machines
+# the one that says which system a verb prefers, what papers claim of some, pictures of some, one spread over machines
 NAMING = {
+    "lodbench.harness.claims",
     "lodbench.kernels.verbs",
     "lodbench.harness.distributed",
+    "lodbench.harness.report.adaptive_tessellations",
     "lodbench.harness.report.chains",
     "lodbench.harness.report.distances",
     "lodbench.harness.report.octrees",

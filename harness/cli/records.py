@@ -1,4 +1,4 @@
-"""Commands on what was measured: report, compare."""
+"""Commands on what was measured: report, claims, plot, compare."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from lodbench.harness.cli import options
+from lodbench.harness.cli import complete, options
 from lodbench.harness.cli.app import app
 from lodbench.harness.cli.options import FilterOption, JsonOption
 from lodbench.harness.cli.output import say, say_json, say_rows
@@ -35,18 +35,81 @@ def report(
 
 
 @app.command()
+def claims(
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder.")],
+    json_output: JsonOption = False,
+) -> None:
+    """What the papers claim, what was published and measured, and the verdict: from a run's records.
+
+    Example: lodbench claims run_a
+    """
+    from lodbench.harness.record.record import read_run
+    from lodbench.harness.report import claims as judge
+
+    found = judge.verdicts(read_run(folder))
+    if json_output:
+        say_json(found)
+        return
+    for one in found:
+        say(f"{one['claim']} ({one['source']})")
+        words = [one["verdict"], one["reason"]]
+        for label, text in (("published", one["published"]), ("measured", one["measured"])):
+            if text:
+                say(f"  {label}: {text}")
+        say(f"  {': '.join(filter(None, words))}")
+
+
+@app.command()
+def plot(
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder.")],
+    x: Annotated[str, typer.Option("--x", help="The key of a column, or a fact of the case.")],
+    y: Annotated[str, typer.Option("--y", help="The key of a column of numbers.")],
+    series: Annotated[
+        str, typer.Option("--by", help="The column that has a colour for each value.")
+    ] = "system",
+    table: Annotated[
+        str | None,
+        typer.Option("--table", autocompletion=complete.tables, help="Where the run has several."),
+    ] = None,
+    log: Annotated[
+        str, typer.Option("--log", metavar="AXES", help="Logarithmic axes: x, y or xy.")
+    ] = "",
+    keep: FilterOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="The file, .png, .svg or .pdf; default TABLE-Y-X.png."),
+    ] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """Draw any column of a run's table over any other, with intervals, in the report's colours.
+
+    Example: lodbench plot run_a --x triangles_in --y wall_s --by system --log xy --out time.svg
+    """
+    from lodbench.harness.report.own_plot import write_plot
+
+    pattern = options.pattern(keep) if keep else None
+    path = out or Path(f"{table or 'plot'}-{y}-{x}.png")
+    said = write_plot(folder, table, x, y, series, path, log, pattern)
+    if json_output:
+        say_json({"plot": path, "drawn": said})
+    else:
+        say(f"{path}: {said}")
+
+
+@app.command()
 def compare(
     a: Annotated[Path, typer.Argument(metavar="A", help="The run to compare with.")],
     b: Annotated[Path, typer.Argument(metavar="B", help="The run in question.")],
     threshold: Annotated[
         float, typer.Option("--threshold", min=0.0, help="A slowdown below this share is none.")
-    ] = 0.10,
+    ] = 0.05,
     keep: FilterOption = None,
     json_output: JsonOption = False,
 ) -> None:
     """Match two runs row by row; exit code 1 where B is slower, fails, is worse, or has other rows.
 
-    Slower: beyond threshold and noise. Worse: error, topology or the number of triangles.
+    Slower: beyond threshold, and surer the more rows there are, so that of twenty comparisons of the same code one at
+    the most says so. Worse: error, topology or the number of triangles.
 
     Example: lodbench compare run_a run_b
     """
@@ -65,5 +128,9 @@ def compare(
             if row["verdict"] in comparison.WORSE:
                 names = " ".join(str(row[key]) for key in ("table", "group", "system"))
                 say(f"{row['verdict']}: {names}: {row['why']}")
+        if found["too_few"]:
+            say(
+                f"{found['too_few']} rows have too few samples for a word on time: see --precision, --samples of run"
+            )
         say(f"{found['regressions']} regressions or unmatched in {len(found['rows'])} rows")
     raise typer.Exit(1 if found["regressions"] else 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,7 +11,7 @@ import typer
 
 from lodbench.harness.cli import complete
 from lodbench.harness.cli.app import app
-from lodbench.harness.cli.files import FormatOption, MeshTarget, OutArgument, Source
+from lodbench.harness.cli.files import STANDARD, FormatOption, MeshTarget, OutArgument, Source
 from lodbench.harness.cli.options import (
     DeviceOption,
     JsonOption,
@@ -22,11 +23,15 @@ from lodbench.harness.cli.output import say
 
 
 def _curved(path: Path) -> Any:
-    """The surfaces of a file, or of a dataset where there is none of that name."""
+    """The surfaces of a file, patches on standard input, or a dataset where there is no file of that name."""
     from lodbench.datasets_gen import catalogue, nurbs_files, patches
     from lodbench.datasets_gen.read import FileError
     from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel
 
+    if str(path) == STANDARD:
+        if sys.stdin.isatty():
+            raise ValueError("IN: expected patches on standard input, got a terminal")
+        return patches.parse_patches(sys.stdin.buffer.read(), "<stdin>")
     if path.exists() or path.suffix or len(path.parts) > 1:
         suffix = path.suffix.lower()
         if suffix in nurbs_files.SUFFIXES:
@@ -49,8 +54,8 @@ def tessellate(
         typer.Argument(
             metavar="IN",
             autocompletion=complete.datasets,
-            help="Bicubic Bezier patches: BPT, NPZ with `patches` (n, 4, 4, 3); NURBS surfaces: IGES, STEP, JSON; or a "
-            "dataset's name.",
+            help="Bicubic Bezier patches: BPT, NPZ with `patches` (n, 4, 4, 3), or - for standard input; NURBS "
+            "surfaces: IGES, STEP, JSON; or a dataset's name.",
         ),
     ],
     out: OutArgument,
@@ -76,6 +81,14 @@ def tessellate(
             help="A system with this verb; default: the first that takes the surface.",
         ),
     ] = None,
+    view: Annotated[
+        str | None,
+        typer.Option(
+            "--view",
+            help="AZIMUTH,ELEVATION as of render's --camera, or X,Y,Z of an eye: each patch as fine as it needs, up to "
+            "--level; -s pixels=8 is how long a segment may be.",
+        ),
+    ] = None,
     settings: OwnOption = None,
     weld: Annotated[bool, typer.Option(help="Share the points on borders.")] = True,
     form: FormatOption = None,
@@ -86,7 +99,12 @@ def tessellate(
     """Triangles of Bezier patches or NURBS surfaces, with normals; surfaces are named parts of a GLB or glTF.
 
     Example: lodbench tessellate pot_32 pot.glb --level 4
+
+    Seen from there: lodbench tessellate pot_32 near.glb --level 6 --view 30,20
     """
+    from lodbench.datasets_gen.finest import finest
+    from lodbench.datasets_gen.surfaces import BezierPatches
+    from lodbench.harness.cli.warp import view_of
     from lodbench.kernels import Device, tessellate_surface
 
     target = MeshTarget(out, form)
@@ -97,8 +115,20 @@ def tessellate(
     near = {} if tolerance is None else {"tolerance": tolerance}
     opened = Device.open(device)
     started = time.perf_counter()
+    options: dict[str, Any] = {}
+    if view:
+        if not isinstance(surface, BezierPatches):
+            raise ValueError(f"--view: expected Bezier patches, got {type(surface).__name__}")
+        options["view"] = view_of(view, finest(surface))
     result = tessellate_surface(
-        opened, surface, level=level, method=method, weld=weld, **near, **parameters(settings)
+        opened,
+        surface,
+        level=level,
+        method=method,
+        weld=weld,
+        **near,
+        **options,
+        **parameters(settings),
     )
     target.write_parts(result.parts, result.mesh, Source(surface), json_output)
     what = "patches" if "patches" in result.counters else "surfaces"

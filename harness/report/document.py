@@ -1,4 +1,4 @@
-"""A table as it is written: JSON for programs, Markdown for people, CSV in full precision."""
+"""A table as it is written: JSON for programs, Markdown for people, CSV in full precision, LaTeX for papers."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from lodbench.harness.record.foreign import blamed_on
 from lodbench.harness.record.record import RunRecord, plain, write_json
 from lodbench.harness.record.samples import rows_file
 from lodbench.harness.report.amounts import amount
+from lodbench.harness.report.latex import latex
 from lodbench.harness.report.rows import table_rows
 
 
@@ -66,13 +67,14 @@ def comma_separated(made: Mapping[str, Any]) -> str:
 
 
 def write(table: Table, run: RunRecord) -> dict[str, Any]:
-    """Write `tables/<id>.json`, `.md` and `.csv` into the run's folder; returns the document."""
+    """Write `tables/<id>.json`, `.md`, `.csv` and `.tex` into the run's folder; returns the document."""
     with blamed_on(rows_file(Path(run.folder)), f"the fields of table {table.id}"):
         made = document(table, run)
-        text = markdown(made)
+        text, paper = markdown(made), latex(made, table.brief)
     folder = Path(run.folder) / "tables"
     folder.mkdir(parents=True, exist_ok=True)
     write_json(folder / f"{table.id}.json", made)
     write_file(folder / f"{table.id}.md", text)
     write_file(folder / f"{table.id}.csv", comma_separated(made))
+    write_file(folder / f"{table.id}.tex", paper)
     return made

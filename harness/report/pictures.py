@@ -13,8 +13,10 @@ from lodbench.harness.baselines.drawn_mesh import DrawnMesh, Params
 from lodbench.harness.measure.timing import interleave, take
 from lodbench.harness.record.record import RunRecord, read_run, write_json
 from lodbench.harness.report import chains, compared
+from lodbench.harness.report.adaptive_tessellations import adaptive_pictures
 from lodbench.harness.report.amounts import rounded
 from lodbench.harness.report.distances import DRAWN_FROM, distance_pictures
+from lodbench.harness.report.methods import method_pictures
 from lodbench.harness.report.octrees import octree_pictures
 from lodbench.harness.report.refinements import refinement_pictures
 from lodbench.harness.report.statistics import summary
@@ -60,8 +62,10 @@ def write_pictures(folder: Path, device: Device) -> list[dict[str, Any]]:
         _compared(record, device),
         warp_pictures(record, SIZE, device),
         octree_pictures(record, SIZE, device),
+        method_pictures(record, SIZE, device),
         refinement_pictures(record, SIZE, device),
         tessellation_pictures(record, SIZE, device),
+        adaptive_pictures(record, SIZE, device),
         _datasets(record, device),
     ):
         write_png(images / picture["file"], pixels)
@@ -133,7 +137,7 @@ def _up(name: str) -> str:
 def _simplified(record: RunRecord) -> str | None:
     """The first mesh that was simplified."""
     for group in record.groups:
-        if any(subject.system == PREFERRED["simplify"][0] for subject in group.subjects.values()):
+        if any(subject.system in PREFERRED["simplify"][:2] for subject in group.subjects.values()):
             return group.dataset
     return None
 

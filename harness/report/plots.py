@@ -33,7 +33,7 @@ class Figure:
 
 
 @contextmanager
-def _style() -> Iterator[None]:
+def look() -> Iterator[None]:
     """The look of all figures; set here and nowhere on import."""
     settings: dict[Any, Any] = {
         "font.family": "sans-serif",
@@ -120,7 +120,7 @@ def _systems(made: Mapping[str, Any], run: RunRecord) -> list[str]:
 
 def _draw(folder: Path, made: Mapping[str, Any], chart_data: ChartData) -> Iterator[Figure]:
     for kind, (title, draw) in CHARTS.items():
-        with _style():
+        with look():
             chart = draw(chart_data)
             if chart is None:
                 continue

@@ -16,16 +16,24 @@ from lodbench.harness.plan.table import (
     Table,
     brief,
     frame_ratio_columns,
+    interval_columns,
     ratio_columns,
 )
+from lodbench.harness.report.ratios import ratios
+from lodbench.kernels.stages.camera import TABLE_SIZE
 
 MODELS = ("teapot", "teacup", "elephant_gumbo")
 COPIES = 5
 LEVELS = (4, 5, 6)
-DRAW = Draw((1280, 1024), apart=True)
+DRAW = Draw(TABLE_SIZE, apart=True)
 GST, ZONE, NONE = "gst", "gst_zone_reuse", "gst_no_reuse"
 POINTS = "vst_positions"
-BASELINES = (GST, NONE, "numpy_bezier", "scipy_bspline", "vst_one_core")
+SHADERS = ("gl_vst", "gl_gst", "gl_bezier_tessellation")
+FLAT = "flat_patches"
+BASELINES = (GST, NONE, "dx11", "numpy_bezier", "scipy_bspline", "splipy", "vst_one_core", *SHADERS)
+SHADED_LEVELS = (4, 5)
+WHOLE = Draw(TABLE_SIZE)
+ALONE = ((False, 7), (True, 7), (True, 5))  # normals, level
 ARRAYS = ("one model, positions", "one model, with normals")
 REUSE = {GST: "zone and row", ZONE: "zone", NONE: "none"}
 
@@ -38,26 +46,65 @@ def _scene(model: str, level: int) -> Group:
         Subject("gst", {**size, "reuse": "zone"}, ZONE),
         Subject("gst", {**size, "reuse": "none"}, NONE),
         Subject("vst", size, "vst_one_core", one_core=True),
+        Subject("dx11", size, draw=DRAW),
         Subject("numpy_bezier", size),
     )
     facts = {"scene": f"S{COPIES} {model}", "level": level}
     weight = 1 + 4.0**level / 500
-    return Group(f"{model}_x{COPIES}", subjects, facts, weight=weight, standin_ok=True)
+    return Group(_scene_name(model, COPIES), subjects, facts, weight=weight, standin_ok=True)
 
 
-def _alone(normals: bool) -> Group:
-    size: dict[str, Any] = {"level": 7, "normals": normals}
+def _alone(normals: bool, level: int) -> Group:
+    size: dict[str, Any] = {"level": level, "normals": normals}
     subjects = tuple(Subject(name, size) for name in ("vst", "gst", "numpy_bezier"))
-    if not normals:
-        subjects += (Subject("scipy_bspline", {"level": size["level"]}),)
-    facts = {"scene": ARRAYS[normals], "level": 7}
+    others = (FLAT,) if normals else ("scipy_bspline", "splipy")
+    subjects += tuple(Subject(name, {"level": level}) for name in others)
+    facts = {"scene": ARRAYS[normals], "level": level}
     return Group(MODELS[0], subjects, facts, weight=2.0, standin_ok=True)
 
 
+def _shaded(model: str, copies: int, level: int, drawn: bool = True) -> Group:
+    """Ours and those of a driver's shaders, in turns: whole frames, or points and normals alone."""
+    size: dict[str, Any] = {"level": level}
+    output = "image" if drawn else "points"
+    theirs = {**size, "output": output, "width": TABLE_SIZE[0], "height": TABLE_SIZE[1]}
+    draw = WHOLE if drawn else None
+    subjects = (
+        Subject("vst", size, draw=draw),
+        Subject("gst", size, GST, draw=draw),
+        *(Subject(name, theirs) for name in SHADERS),
+    )
+    facts = {"scene": f"S{copies} {model}, {'drawn' if drawn else 'points kept'}", "level": level}
+    weight = 2.0 * 4 ** (level - 4)
+    return Group(_scene_name(model, copies), subjects, facts, weight=weight, standin_ok=True)
+
+
+def _scene_name(model: str, copies: int) -> str:
+    return model if copies == 1 else f"{model}_x{copies}"
+
+
 def groups(quick: bool) -> list[Group]:
-    """Each scene at each level, then one teapot with 128 x 128 cells to a patch; `quick` has the teapots alone."""
+    """Each scene at each level, whole frames against a driver's shaders, then a teapot by itself.
+
+    `quick` has the teapots alone, against shaders one teapot.
+    """
     made = [_scene(model, level) for model in (MODELS[:1] if quick else MODELS) for level in LEVELS]
-    return [*made, *(_alone(normals) for normals in (False, True))]
+    made += [_shaded(MODELS[0], 1, level) for level in SHADED_LEVELS]
+    made.append(_shaded(MODELS[0], 1, SHADED_LEVELS[-1], drawn=False))
+    if not quick:
+        made += [_shaded(model, COPIES, SHADED_LEVELS[-1]) for model in MODELS]
+    return [*made, *(_alone(normals, level) for normals, level in ALONE)]
+
+
+def _flat_rate(entry: Entry, vertices: int) -> Row:
+    """Vertices per second over those of the flat pattern, which has a column more of them."""
+    flat = entry.group.subjects.get(FLAT)
+    theirs = flat.counters.get("vertices") if flat else None
+    found = ratios(entry.group, entry.subject, [FLAT])
+    keys = {f"ratio_to_{FLAT}{end}": f"rate_to_{FLAT}{end}" for end in ("", "_low", "_high")}
+    if not theirs or found[f"ratio_to_{FLAT}"] is None:
+        return {}
+    return {name: found[key] * vertices / theirs for key, name in keys.items()}
 
 
 def own(entry: Entry) -> Mapping[str, Any]:
@@ -66,10 +113,16 @@ def own(entry: Entry) -> Mapping[str, Any]:
     vertices, wall = row["vertices_out"], row["wall_s"]
     triangles = row["triangles_out"]
     more: Row = {"triangles_k": triangles / 1000 if triangles else None}
-    if vertices and wall:
+    drawn = str(row.get("scene")).endswith("drawn")
+    if vertices and wall and not drawn:
         more["vertices_per_s"] = vertices / wall
+        more |= _flat_rate(entry, vertices)
     if entry.subject.system == "gst":
         more["reused"] = REUSE[entry.subject.label]
+    if wall and drawn:  # a sample is a whole frame
+        more["frame_fps"] = 1 / wall
+    if entry.subject.driver:
+        more["driver"] = entry.subject.driver
     return more
 
 
@@ -95,17 +148,26 @@ TABLE = Table(
         Column("vertices_out", "vertices written"),
         Column("vertices_per_s", "vertices per second", "1/s", brief=True),
         Column("stored_bytes", "stored", "B"),
-        *ratio_columns(BASELINES, shown=(GST, "numpy_bezier")),
-        *brief(frame_ratio_columns([GST])),
+        *ratio_columns(BASELINES, shown=(GST, "dx11", "numpy_bezier", *SHADERS)),
+        *interval_columns(f"rate_to_{FLAT}", "rate over the flat pattern's", "over it, "),
+        *brief(frame_ratio_columns([GST, "dx11"])),
         Column("published_frame_fps", "published fps", "1/s"),
+        Column("driver", "driver"),
         *STATUS_COLUMNS,
     ),
     notes=(
-        "Frame fps adds raster and shading at 1280 x 1024 with the whole scene in view.",
+        "Frame fps adds raster and shading at 1280 x 1024 with the whole scene in view. In the groups named drawn "
+        "every sample is a whole frame, ours and the driver's in turns, with the same camera and colours; there "
+        "ratios are of whole frames. Points kept: the stages before the raster alone, the driver's by transform "
+        "feedback. Its geometry shader and its tessellator leave triangles that share no points.",
         "A geometry shader emits strips, so inner rows are written twice, in zones of at most 1024 numbers. With "
         "reuse, a zone evaluates the surface by powers once and each row its curve; without, every sample begins with "
         "the control points. Triangles are the same for all.",
+        "dx11 cuts patches as the tessellator of DirectX 11 does, here by equal whole factors, and evaluates every "
+        "vertex by itself, as its domain shader does.",
         "numpy_bezier is two matrix products for points; its normals take three passes more. "
-        "scipy_bspline makes points alone, in float64.",
+        "scipy_bspline and splipy make points alone, in float64.",
+        "The flat pattern evaluates two flat triangles between the corners of each patch: as many triangles, more "
+        "vertices. It is compared by vertices per second, points and normals.",
     ),
 )

@@ -48,7 +48,11 @@ def stored_map(level: int) -> Floats:
 
 def lattice_triangles(level: int) -> Indices:
     """Two triangles per cell, row by row, (2 * 4^level, 3) uint32, turning from u to v."""
-    side = side_vertices(level)
+    return grid_triangles(side_vertices(level))
+
+
+def grid_triangles(side: int) -> Indices:
+    """The same of a grid of `side` x `side` vertices."""
     a = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
     b, c, d = a + side, a + side + 1, a + 1
     pairs = np.stack([a, b, c, a, c, d], axis=1)

@@ -1,139 +1,181 @@
-// A row of a patch's parametric map, eight virtual vertices at a time: points and unit normals.
+// Rows of a patch's parametric map, eight virtual vertices at a time: points and unit normals.
 //
 // Source    Concheiro 2013, section 1.2 and chapter 2
-// Work      functions only. A row is a cubic of its own, walked by powers about its middle; what lies on a border is
-//           summed as bezier/patch.cl says, where all control points off it weigh nothing
-// Reads     map  float[8 * map_stride]  at i / n: planes J_{3,0..3}, J_{2,0..2}, t - 1/2; eight more than side
+// Work      functions only. A row is a polynomial of t = v - 1/2, split into its even and its odd part: whole rows are
+//           walked from both ends, since t and -t share them. What lies on a border is summed as bezier/patch.cl says,
+//           where all control points off it weigh nothing
+// Reads     map  float[8 * map_stride]  as bezier/block.cl has it
 // Writes    nothing
-// Needs     bezier/normal.cl
+// Needs     bezier/block.cl
 // Plain     bezier/reference.py
 // Defines   NORMALS (1: normals too), STREAMING (bezier/output.cl)
 
 #pragma OPENCL FP_CONTRACT OFF
 
-typedef struct {
-    float4 controls[4]; // its own
-    float4 point[4];    // powers of v - 1/2
-    float4 across[4];   // of Q_u over 3, scaled
-    float4 along[3];    // of Q_v over 3, scaled
-    float4 last_across, last_along; // both at v = 1
-} bezier_row;
+#define BEZIER_STEPS ((int8)(0, 1, 2, 3, 4, 5, 6, 7))
 
 typedef struct {
-    __global const float *weights;
-    uint stride;
-} bezier_map;
+    planes8 even, odd; // the latter times t
+} bezier_halves;
 
-// the curve of row i; `normals` also asks for what makes them
-static inline void bezier_row_of(
-    bezier_row *row, const bezier_patch *patch, const bezier_map map, const uint i, const bool normals)
+// number k of row `lane`
+#define BEZIER_OF(numbers, k, lane) ((float8)(((const float *)(numbers))[8 * (k) + (lane)]))
+#define BEZIER_HALF2(tt, m, k, lane) fma(tt, BEZIER_OF(m, (k) + 2, lane), BEZIER_OF(m, k, lane))
+#define BEZIER_HALF3(tt, m, k, lane) fma(tt, BEZIER_HALF2(tt, m, (k) + 2, lane), BEZIER_OF(m, k, lane))
+#define BEZIER_HALVES(halves, HALF, each, t, m, lane)                                                                  \
+    {                                                                                                                  \
+        const float8 tt = t * t;                                                                                       \
+        (halves).even.x = HALF(tt, m, 0, lane), (halves).odd.x = t * HALF(tt, m, 1, lane);                             \
+        (halves).even.y = HALF(tt, m, each, lane), (halves).odd.y = t * HALF(tt, m, each + 1, lane);                   \
+        (halves).even.z = HALF(tt, m, 2 * each, lane), (halves).odd.z = t * HALF(tt, m, 2 * each + 1, lane);           \
+    }
+
+static inline planes8 bezier_sum(const bezier_halves h)
 {
-    __global const float *w = map.weights + i;
-    const uint s = map.stride;
-    const float16 a = patch->rows[0], b = patch->rows[1], c = patch->rows[2], d = patch->rows[3];
-    const float16 r = BEZIER_CUBIC(w[0], w[s], w[2 * s], w[3 * s], a, b, c, d);
-    row->controls[0] = r.s0123, row->controls[1] = r.s4567, row->controls[2] = r.s89ab, row->controls[3] = r.scdef;
-    bezier_powers(row->point, r);
-    if (!normals) return;
-    const float16 scale = (float16)(patch->scale);
-    const float16 sa = a * scale, sb = b * scale, sc = c * scale, sd = d * scale;
-    const float16 q = BEZIER_QUADRATIC(w[4 * s], w[5 * s], w[6 * s], sb - sa, sc - sb, sd - sc);
-    bezier_powers(row->across, q);
-    const float16 sr = r * scale;
-    float4 powers[4];
-    bezier_powers(powers, sr);
-    row->along[0] = powers[1] * (1.0f / 3.0f), row->along[1] = powers[2] * (2.0f / 3.0f), row->along[2] = powers[3];
-    row->last_across = q.scdef, row->last_along = sr.scdef - sr.s89ab;
+    const planes8 sum = {h.even.x + h.odd.x, h.even.y + h.odd.y, h.even.z + h.odd.z};
+    return sum;
 }
 
-// by powers of t
-#define BEZIER_POWERS1(t, m, axis) fma(t, (float8)((m)[1].axis), (float8)((m)[0].axis))
-#define BEZIER_POWERS2(t, m, axis) fma(t, BEZIER_POWERS1(t, (m) + 1, axis), (float8)((m)[0].axis))
-#define BEZIER_POWERS3(t, m, axis) fma(t, BEZIER_POWERS2(t, (m) + 1, axis), (float8)((m)[0].axis))
-#define BEZIER_BASIS(m, axis) BEZIER_CUBIC(w0, w1, w2, w3, m[0].axis, m[1].axis, m[2].axis, m[3].axis)
+// at -t, the lanes turned round
+static inline planes8 bezier_mirrored(const bezier_halves h)
+{
+    const float8 x = h.even.x - h.odd.x, y = h.even.y - h.odd.y, z = h.even.z - h.odd.z;
+    const planes8 turned = {SHUFFLE8(x, x, 7, 6, 5, 4, 3, 2, 1, 0), SHUFFLE8(y, y, 7, 6, 5, 4, 3, 2, 1, 0),
+        SHUFFLE8(z, z, 7, 6, 5, 4, 3, 2, 1, 0)};
+    return turned;
+}
+
+static inline float3 bezier_lane(const planes8 *a, const uint lane)
+{
+    const float *of = (const float *)a + lane;
+    return (float3)(of[0], of[8], of[16]);
+}
+
+// number k of each axis, four of which there are
+static inline float3 bezier_three(const float8 *numbers, const uint k, const uint lane)
+{
+    const float *of = (const float *)(numbers + k) + lane;
+    return (float3)(of[0], of[32], of[64]);
+}
+
+#define BEZIER_BASIS(m, k, lane)                                                                                       \
+    BEZIER_CUBIC(w0, w1, w2, w3, BEZIER_OF(m, k, lane), BEZIER_OF(m, (k) + 1, lane), BEZIER_OF(m, (k) + 2, lane),      \
+        BEZIER_OF(m, (k) + 3, lane))
 
 // a row that is a border, exact: `count` points from column j on; up to `room` may be written
-static inline void bezier_border(
-    BEZIER_OUT float *out, const bezier_row *row, const bezier_map map, const uint j, const uint count, const uint room)
+static inline void bezier_border(BEZIER_OUT float *out, const bezier_block *block, const uint lane,
+    const bezier_map map, const uint j, const uint count, const uint room)
 {
-    const float4 *c = row->controls;
+    const float8 *c = block->controls;
     const uint s = map.stride;
     for (uint k = 0; k < count; k += 8) {
         __global const float *w = map.weights + j + k;
         const float8 w0 = vload8(0, w), w1 = vload8(0, w + s), w2 = vload8(0, w + 2 * s), w3 = vload8(0, w + 3 * s);
-        const planes8 p = {BEZIER_BASIS(c, x), BEZIER_BASIS(c, y), BEZIER_BASIS(c, z)};
+        const planes8 p = {BEZIER_BASIS(c, 0, lane), BEZIER_BASIS(c, 4, lane), BEZIER_BASIS(c, 8, lane)};
         bezier_put(out + 3 * k, p, room - k);
     }
 }
 
-// points of row i: `count` from column j on; up to `room` may be written
-static inline void bezier_points(BEZIER_OUT float *out, const bezier_row *row, const bezier_map map, const uint i,
-    const uint j, const uint count, const uint room, const uint side)
+// points of a row, which is number `lane` of the block: `count` from column j on; up to `room` may be written
+static inline void bezier_points(BEZIER_OUT float *out, const bezier_block *block, const uint lane,
+    const bezier_map map, const uint j, const uint count, const uint room, const uint side)
 {
-    if (i == 0 || i == side - 1) {
-        bezier_border(out, row, map, j, count, room);
-        return;
-    }
-    const float4 *m = row->point;
     __global const float *t = map.weights + 7 * map.stride + j;
+    const float8 *m = block->point;
+    const uint n = side - 1;
     const bool is_last = j + count == side;
-    const uint whole = is_last ? count - 1 : count;
-    for (uint k = 0; k < whole; k += 8) {
-        const float8 v = vload8(0, t + k);
-        const planes8 p = {BEZIER_POWERS3(v, m, x), BEZIER_POWERS3(v, m, y), BEZIER_POWERS3(v, m, z)};
-        bezier_put(out + 3 * k, p, room - k);
+    bezier_halves h;
+    if (count == side && n % 16 == 0) {
+        for (uint k = 0; k < n / 2; k += 8) {
+            const float8 v = vload8(0, t + k);
+            BEZIER_HALVES(h, BEZIER_HALF2, 4, v, m, lane)
+            bezier_put(out + 3 * k, bezier_sum(h), 8);
+            bezier_put(out + 3 * (n - 7 - k), bezier_mirrored(h), 8);
+        }
+        vstore3(bezier_three(m, 0, lane), n / 2, out);
+    } else {
+        for (uint k = 0; k < (is_last ? count - 1 : count); k += 8) {
+            const float8 v = vload8(0, t + k);
+            BEZIER_HALVES(h, BEZIER_HALF2, 4, v, m, lane)
+            bezier_put(out + 3 * k, bezier_sum(h), room - k);
+        }
     }
     // where the row crosses a border its own control points are the border's
-    if (j == 0) vstore3(row->controls[0].xyz, 0, out);
-    if (is_last) vstore3(row->controls[3].xyz, count - 1, out);
+    if (j == 0) vstore3(bezier_three(block->controls, 0, lane), 0, out);
+    if (is_last) vstore3(bezier_three(block->controls, 3, lane), count - 1, out);
 }
 
-// lanes that have no normal of their own
-static inline void bezier_mend(BEZIER_OUT float *out, const int8 is_bad, const bezier_patch *patch, const float u,
-    const uint j, const float step, const uint room)
+#if NORMALS
+// units of what was evaluated at these columns of a row; at both borders they are of no use
+static inline planes8 bezier_units(
+    const planes8 n, const int8 columns, const bezier_patch *patch, const float u, const uint side)
 {
-    int bad[8];
-    vstore8(is_bad, 0, bad);
-    for (uint k = 0; k < 8 && k < room; ++k)
-        if (bad[k]) vstore3(bezier_unit((float3)(0.0f), patch, u, (float)(j + k) * step), k, out);
+    const float8 square = fma(n.z, n.z, fma(n.y, n.y, n.x * n.x)), scale = float8_rsqrt(square);
+    planes8 unit = {n.x * scale, n.y * scale, n.z * scale};
+    int8 is_bad = square <= DEGENERATE;
+    if (bezier_any(is_bad)) {
+        is_bad &= columns > 0 & columns < (int8)(side - 1);
+        const float8 v = convert_float8(columns) * (1.0f / (float)(side - 1));
+        if (bezier_any(is_bad)) bezier_mend8(&unit, is_bad, patch, (float8)(u), v);
+    }
+    return unit;
 }
 
-// unit normals of row i: `count` from column j on; up to `room` may be written
-static inline void bezier_normals(BEZIER_OUT float *out, const bezier_row *row, const bezier_patch *patch,
-    const bezier_map map, const uint i, const uint j, const uint count, const uint room, const uint side)
+// unit normals of row i, which is number `lane` of the block: as bezier_points
+static inline void bezier_normals(BEZIER_OUT float *out, const bezier_block *block, const uint lane,
+    const bezier_patch *patch, const bezier_map map, const uint i, const uint j, const uint count, const uint room,
+    const uint side)
 {
-    const float4 *a = row->across, *b = row->along;
-    const float step = 1.0f / (float)(side - 1);
     __global const float *t = map.weights + 7 * map.stride + j;
+    const float8 *m = block->normal;
+    const uint n = side - 1;
+    const float u = (float)i * (1.0f / (float)n);
     const bool is_last = j + count == side;
-    const uint whole = is_last ? count - 1 : count;
-    for (uint k = 0; k < whole; k += 8) {
-        const float8 v = vload8(0, t + k);
-        const planes8 q = {BEZIER_POWERS3(v, a, x), BEZIER_POWERS3(v, a, y), BEZIER_POWERS3(v, a, z)};
-        const planes8 r = {BEZIER_POWERS2(v, b, x), BEZIER_POWERS2(v, b, y), BEZIER_POWERS2(v, b, z)};
-        planes8 n;
-        const int8 is_bad = bezier_unit8(&n, q, r);
-        bezier_put(out + 3 * k, n, room - k);
-        if (bezier_any(is_bad)) bezier_mend(out + 3 * k, is_bad, patch, (float)i * step, j + k, step, room - k);
+    bezier_halves h;
+    if (count == side && n % 16 == 0) {
+        for (uint k = 0; k < n / 2; k += 8) {
+            const float8 v = vload8(0, t + k);
+            const int8 columns = (int8)(k) + BEZIER_STEPS;
+            BEZIER_HALVES(h, BEZIER_HALF3, 6, v, m, lane)
+            bezier_put(out + 3 * k, bezier_units(bezier_sum(h), columns, patch, u, side), 8);
+            const int8 others = (int8)(n - 7 - k) + BEZIER_STEPS;
+            bezier_put(out + 3 * (n - 7 - k), bezier_units(bezier_mirrored(h), others, patch, u, side), 8);
+        }
+        vstore3(bezier_lane(&block->middle, lane), n / 2, out);
+    } else {
+        for (uint k = 0; k < (is_last ? count - 1 : count); k += 8) {
+            const float8 v = vload8(0, t + k);
+            BEZIER_HALVES(h, BEZIER_HALF3, 6, v, m, lane)
+            const int8 columns = (int8)(j + k) + BEZIER_STEPS;
+            bezier_put(out + 3 * k, bezier_units(bezier_sum(h), columns, patch, u, side), room - k);
+        }
+        const uint middle = n / 2;
+        if (n > 1 && j <= middle && middle < j + count) vstore3(bezier_lane(&block->middle, lane), middle - j, out);
     }
-    if (is_last) {
-        const float3 n = bezier_cross(row->last_across.xyz, row->last_along.xyz);
-        vstore3(bezier_unit(n, patch, (float)i * step, 1.0f), count - 1, out);
-    }
+    if (j == 0) vstore3(bezier_lane(&block->first, lane), 0, out);
+    if (is_last) vstore3(bezier_lane(&block->last, lane), count - 1, out);
 }
+#endif
 
 // the patch's vertices from number `vertex` on, `most` of them or all that are left; returns how many
 static inline uint bezier_rows(BEZIER_OUT float *points, BEZIER_OUT float *normals, const bezier_patch *patch,
     const bezier_map map, const uint vertex, const uint most, const uint side)
 {
     uint i = vertex / side, j = vertex % side, done = 0;
-    for (; i < side && done < most; ++i, j = 0) {
-        const uint here = min(side - j, most - done);
-        bezier_row row;
-        bezier_row_of(&row, patch, map, i, NORMALS);
-        bezier_points(points + 3 * done, &row, map, i, j, here, most - done, side);
-        if (NORMALS) bezier_normals(normals + 3 * done, &row, patch, map, i, j, here, most - done, side);
-        done += here;
+    while (i < side && done < most) {
+        bezier_block block;
+        bezier_block_of(&block, patch, map, i);
+        for (uint lane = 0; lane < BEZIER_ROWS && i < side && done < most; ++lane, ++i, j = 0) {
+            const uint here = min(side - j, most - done), room = most - done;
+            if (i == 0 || i == side - 1)
+                bezier_border(points + 3 * done, &block, lane, map, j, here, room);
+            else
+                bezier_points(points + 3 * done, &block, lane, map, j, here, room, side);
+#if NORMALS
+            bezier_normals(normals + 3 * done, &block, lane, patch, map, i, j, here, room, side);
+#endif
+            done += here;
+        }
     }
     return done;
 }

@@ -34,6 +34,16 @@ def control_rows(points: Floats) -> Floats:
     return rows.reshape(-1, CONTROL_FLOATS)
 
 
+def check_size(points: Floats) -> None:
+    """Refuse coordinates that the sums cannot bear.
+
+    Raises:
+        ValueError: larger than `LARGEST`.
+    """
+    if (size := float(np.abs(points).max(initial=0))) > LARGEST:
+        raise ValueError(f"points: expected coordinates up to {LARGEST:g}, got {size:g}")
+
+
 class Tessellated(DeviceSubject):
     """Patches of one level, all vertices of a patch one after the other.
 
@@ -61,8 +71,7 @@ class Tessellated(DeviceSubject):
         self.arrangement = arrangement
         self.count = len(patches.points)
         slots = len(arrangement.places)
-        if (size := float(np.abs(patches.points).max(initial=0))) > LARGEST:
-            raise ValueError(f"points: expected coordinates up to {LARGEST:g}, got {size:g}")
+        check_size(patches.points)
         self.vertices = vertex_total(self.count, slots)
         with self.setup.host("borders"):
             self._borders = borders.borders_of(patches.points)
@@ -134,7 +143,7 @@ class Tessellated(DeviceSubject):
         a, b, c = triangles.T
         triangles = triangles[(a != b) & (b != c) & (c != a)]
         if normals is not None:
-            normals = _shared_normals(normals, vertex, first)
+            normals = shared_normals(normals, vertex, first)
         return TriangleMesh(positions[first], triangles, normals)
 
     def _read(self) -> tuple[Floats, Floats | None]:
@@ -170,9 +179,7 @@ class Tessellated(DeviceSubject):
         )
 
 
-def _shared_normals(
-    normals: Floats, vertex: NDArray[np.uint32], first: NDArray[np.int64]
-) -> Floats:
+def shared_normals(normals: Floats, vertex: NDArray[np.uint32], first: NDArray[np.int64]) -> Floats:
     """The normal of each vertex: that of all who share it, to the bit, or else the mean of theirs."""
     shared = normals[first]
     differs = (normals != shared[vertex]).any(axis=1)

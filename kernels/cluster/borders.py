@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, Indices
 from lodbench.kernels.opencl import Buffer, Device, Program, Timeline
-from lodbench.kernels.stages.scan import chunk_count, chunk_local
+from lodbench.kernels.stages.scan import chunk_count, chunk_local, map_count
 
 NO_EDGES: Indices = np.zeros((0, 3), np.uint32)
 NO_VERTICES = np.zeros(0, np.uint32)
-MOST_MAPS = 4  # of marks, one for each core of a CPU: its atomics take four times as long
 
 
 def used_once(edges: Indices, positions: Floats) -> Indices:
@@ -97,11 +96,10 @@ def border_edges(device: Device, program: Program, triangles: Buffer, positions:
 def candidates(device: Device, program: Program, triangles: Buffer, vertex_count: int) -> Indices:
     """Edges of a mesh on the device that hold every use of each border edge, as `border_edges` has them; few."""
     chunks = chunk_count(device, max(triangles.shape[0], 1))
-    maps = min(chunks, device.facts.compute_units, MOST_MAPS) if device.is_cpu else 1
+    maps, walkers = map_count(device, max(triangles.shape[0], 1))
     marks = device.allocate("marks", (maps, vertex_count), np.int32)
     device.fill(Timeline(), "borders", marks, 0)
     walked, shared = _walked(triangles), {"vertex_count": vertex_count, "map_count": maps}
-    walkers = maps if device.is_cpu else chunks
     _launch(device, program, "mark", walkers, marks=marks, **shared, **walked)
     if maps > 1:
         _launch(device, program, "join", chunk_count(device, vertex_count), marks=marks, **shared)

@@ -50,6 +50,7 @@ class Clustering(DeviceSubject):
     ```
 
     Attributes:
+        given: the mesh on the device, positions and triangles.
         grid: the even grid over the mesh: all lengths are in its units.
         cell_grid: the grid that the cells are those of: over the warped mesh where there is a warp, else the same.
         occupied: cells with a vertex, known once they have been counted.
@@ -62,7 +63,7 @@ class Clustering(DeviceSubject):
     def __init__(self, upload: Upload, params: ClusterTarget, found: Found | None) -> None:
         super().__init__(upload.device, upload.setup)
         self.params, self.found = params, found
-        self.hold("input", upload.positions, upload.triangles)
+        self.given = self.hold("input", upload.positions, upload.triangles)
         self._mesh, self._upload = upload.mesh, upload
         self._vertices, self._triangles = upload.mesh.vertex_count, upload.mesh.triangle_count
         self._programs: list[Program] = [upload.program]
@@ -292,6 +293,21 @@ class Clustering(DeviceSubject):
     def vertex_map(self) -> NDArray[np.uint32]:
         """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where its cell has none."""
         return self.device.read(self._map())
+
+    def sources(self) -> NDArray[np.intp]:
+        """The input triangles of the last frame's output triangles, ascending, and of duplicates that were removed."""
+        count, device = self._triangles, self.device
+        chunks = chunk_count(device, count)
+        program = device.build("cluster/sources.cl")
+        rows = device.allocate("rows", count, np.uint32)
+        bounds = device.allocate("bounds", (chunks, 2), np.uint32)
+        program.launch(
+            "cluster_sources", chunks, stage="sources", local=chunk_local(device),
+            triangles=self._upload.triangles, vertex_map=self._map(), rows=rows, bounds=bounds,
+            triangle_count=count, chunk_count=chunks,
+        )(Timeline())  # fmt: skip
+        found, ends = device.read_all((rows, None), (bounds, None))
+        return np.concatenate([found[a:b] for a, b in ends.tolist()]).astype(np.intp)
 
     def _map(self) -> Buffer:
         """`vertex_map` on the device; never waits."""

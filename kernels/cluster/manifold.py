@@ -3,7 +3,8 @@
 The boundary of the triangles' chain is that of the input, so that on a closed, oriented input every edge of the output
 has as many triangles on one side as on the other. Where it has more than one of each, they are paired around the edge,
 solid by solid; corners that pairs join are a fan, and each fan has a vertex of its own, all at the same place to the
-bit. Two triangles that back each other and touch nothing else go. What has no partner, as at a border, stays open.
+bit. Two triangles that back each other and touch nothing else go. What has no partner, as at a border, stays open. All
+of this happens where triangles around a vertex are not one fan already (`links.py`), so nothing else is looked at.
 
 Source: none, a reconstruction after Gueziec et al. 2001, Cutting and stitching: converting sets of polygons to manifold
 surfaces.
@@ -30,24 +31,48 @@ class Parted:
 
     Attributes:
         rows: (k,) the triangles that stay, ascending.
-        fans: (k, 3) the fan of each corner; corners of one fan have one vertex.
+        fans: (k, 3) the fan of each corner; corners of one fan have one vertex. A vertex that is sound has the fan of
+            its own number, those of others follow.
     """
 
     rows: Index
     fans: Index
 
 
-def part(positions: NDArray[np.floating], triangles: NDArray[np.integer]) -> Parted:
+def part(
+    positions: NDArray[np.floating],
+    triangles: NDArray[np.integer],
+    troubled: NDArray[np.bool_] | None = None,
+) -> Parted:
     """The fans of a mesh's corners.
 
     Args:
         positions: (n, 3).
         triangles: (m, 3), none with a corner twice.
+        troubled: (n,), vertices around which triangles are not one fan, and any others; None: all.
     """
-    corners = np.asarray(triangles, np.intp)
-    ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2)
-    low, high = ends.min(axis=1), ends.max(axis=1)
-    forward = ends[:, 0] == low
+    whole = np.asarray(triangles, np.intp).reshape(-1, 3)
+    if troubled is None:
+        troubled = np.ones(len(positions), bool)
+    asked = troubled[whole]
+    looked = np.flatnonzero(asked[:, 0] | asked[:, 1] | asked[:, 2])
+    corners, asked = whole[looked], asked[looked]
+    found = _fans_of(positions, corners)
+    fans = whole.copy()
+    fans[looked] = np.where(asked, len(positions) + found, corners)
+    keys = turned.keys(fans[looked], int(fans.max(initial=-1)) + 1)
+    _, which, uses = np.unique(keys, return_inverse=True, return_counts=True)
+    stays = np.ones(len(whole), bool)
+    stays[looked] = uses[which.reshape(-1)] == 1
+    rows = np.flatnonzero(stays)
+    return Parted(rows, fans[rows])
+
+
+def _fans_of(positions: NDArray[np.floating], corners: Index) -> Index:
+    """The fan of each corner, (m, 3), from 0, in the order of the fans' first corners."""
+    begin, end = corners.reshape(-1), np.roll(corners, -1, axis=1).reshape(-1)
+    low, high = np.minimum(begin, end), np.maximum(begin, end)
+    forward = begin == low
     order = np.argsort(
         low.astype(np.uint64) << np.uint64(32) | high.astype(np.uint64), kind="stable"
     )
@@ -70,10 +95,7 @@ def part(positions: NDArray[np.floating], triangles: NDArray[np.integer]) -> Par
         if not _swap(partner, fans, forward):
             break
         fans = _fans(partner, len(corners))
-    keys = turned.keys(fans.astype(np.uint64), int(fans.max(initial=-1)) + 1)
-    _, which, uses = np.unique(keys, return_inverse=True, return_counts=True)
-    rows = np.flatnonzero(uses[which.reshape(-1)] == 1)
-    return Parted(rows, fans[rows])
+    return fans
 
 
 def _join(partner: Index, a: Index, b: Index) -> None:

@@ -14,6 +14,7 @@ from lodbench.kernels.cluster.attributes import has_attributes
 from lodbench.kernels.cluster.borders import border_vertices
 from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.cluster.finish import Asked, finished
+from lodbench.kernels.cluster.nearer import nearer
 from lodbench.kernels.cluster.search import Found, find_cells
 from lodbench.kernels.cluster.survivors import DeviceSurvivors
 from lodbench.kernels.cluster.target import ClusterTarget
@@ -112,14 +113,17 @@ def simplifier(
             manifold: part the sheets that meet at an edge or a vertex, as `cluster/manifold.py` says: no edge has more
                 than two triangles then, and a closed, oriented mesh stays closed, but for seams of attributes.
                 `parted_vertices` counts those added, `back_to_back_removed` the triangles that backed each other;
-                `setup` has the stage "manifold".
+                `setup` has the stage "manifold". A target is met by what is left then, on a grid, to 1 % where it can.
             **options: of the Params.
         """
         check("attributes", attributes, bool)
         check("remove_flipped", remove_flipped, bool)
         check("manifold", manifold, bool)
-        prepared = prepare(device, mesh, params.named(**options))
+        asked_for = params.named(**options)
+        prepared = prepare(device, mesh, asked_for)
         frame = run(device, prepared, wait=prepared.live)
+        if manifold and not remove_flipped and isinstance(prepared, Clustering):
+            prepared, frame = nearer(device, mesh, asked_for, prepared, frame, prepare)
         simplified, vertex_map = prepared.read_back()
         if not attributes:
             simplified = simplified.bare()

@@ -65,7 +65,7 @@ def streamer(make: type[CellBatches], params: type[P]) -> Callable[..., Left]:
             if options.pop(name, False):
                 raise ValueError(f"{name}: expected False out of core, got True")
         asked = params.named(**options)
-        if getattr(asked, "remove_duplicates", False):
+        if asked.remove_duplicates:
             raise ValueError("remove_duplicates: expected False out of core, got True")
         if any(getattr(asked, name) for name in WARPS):
             raise ValueError("regions, view, warp: expected none of them out of core, got one")

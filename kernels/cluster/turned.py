@@ -74,6 +74,13 @@ def fates(
     return found
 
 
+def turned_over(mesh: TriangleMesh, simplified: TriangleMesh, rows: NDArray[np.intp]) -> int:
+    """How many triangles of the output have a normal against that of the input triangle that they come from, `rows`."""
+    before = _normals(mesh.positions, mesh.triangles[rows])
+    after = _normals(simplified.positions, simplified.triangles)
+    return int(np.count_nonzero((before * after).sum(axis=1) < 0))
+
+
 def _normals(points: NDArray[np.floating], triangles: NDArray[np.integer]) -> NDArray[np.float64]:
     a, b, c = (points[triangles[:, corner]].astype(np.float64) for corner in range(3))
     return np.cross(b - a, c - a)

@@ -8,6 +8,7 @@ from lodbench.kernels.opencl import Buffer, Device, Timeline
 
 CHUNK_ROWS = 4096  # a shorter chunk costs more to start than to walk
 GPU_CHUNK_ROWS = 64
+MOST_MAPS = 4
 
 
 def chunk_count(device: Device, capacity: int) -> int:
@@ -15,6 +16,16 @@ def chunk_count(device: Device, capacity: int) -> int:
     if device.is_cpu:
         return min(max(capacity // CHUNK_ROWS, 1), 4 * device.facts.compute_units)
     return min(max(capacity // GPU_CHUNK_ROWS, 1), 4096)
+
+
+def map_count(device: Device, rows: int) -> tuple[int, int]:
+    """(maps, chunks of `rows` rows) of a kernel whose items add to the same places.
+
+    A CPU's items have a map each, since its atomics take four times as long, and are few; a GPU's share one.
+    """
+    chunks = chunk_count(device, rows)
+    maps = min(chunks, device.facts.compute_units, MOST_MAPS) if device.is_cpu else 1
+    return maps, maps if device.is_cpu else chunks
 
 
 def chunk_local(device: Device) -> int | None:

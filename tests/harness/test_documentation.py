@@ -62,7 +62,7 @@ def test_fields_within_fields_are_explained():
     ball = icosphere(1)
     names += [*quality.topology(ball), *foreign.ROWS["limits"]["fill"]]
     names += ["rms_error", "rms_error_back", "max_error", "flipped_triangles", "error_samples"]
-    names += ["rms_difference", "max_difference", "compared_points"]
+    names += ["rms_difference", "max_difference", "mean_difference", "compared_points"]
     names += ["error_vertices", "content", "standin", "triangles_in", "vertices_in"]
     for name in names:
         assert f"`{name}`" in PAGE, name
@@ -84,7 +84,7 @@ def test_sweep_of_the_page_is_what_the_page_says(tmp_path):
 
 
 def test_example_of_the_page_reads_a_record(tmp_path, monkeypatch):
-    (code,) = re.findall(r"(?s)```python\n(.*?)```", PAGE)
+    _, code = re.findall(r"(?s)```python\n(.*?)```", PAGE)
     rows = [{"kind": "sample", "warmup": warm, "wall_s": 2.0} for warm in (True, False)]
     (tmp_path / "samples.jsonl").write_text("\n".join(map(json.dumps, rows)))
     pack(tmp_path)
@@ -92,3 +92,11 @@ def test_example_of_the_page_reads_a_record(tmp_path, monkeypatch):
     names = {}
     exec(code, names)
     assert names["times"] == [2.0]
+
+
+def test_example_of_the_page_gives_rows_of_the_reference(monkeypatch):
+    code, _ = re.findall(r"(?s)```python\n(.*?)```", PAGE)
+    monkeypatch.chdir(RESULTS.parent)
+    names = {}
+    exec(code, names)
+    assert {"system", "wall_s", "wall_s_low"} <= names["rows"][0].keys()

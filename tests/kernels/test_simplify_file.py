@@ -19,6 +19,7 @@ from tests.datasets_gen.test_batches import ply_of, scattered
 from tests.kernels.cluster.meshes import cube, flat_lattice, single_triangle, tetrahedron
 
 streaming = sys.modules[simplify_file.__module__]  # the function has its name
+CLUSTERING = "quadric_clustering"  # what streams where no method is named
 
 
 @pytest.fixture
@@ -44,7 +45,9 @@ def limited():
 def both(device, limited, source, **options):
     """The bytes of the file made in core and out of core."""
     outs = source.with_name("in.ply"), source.with_name("out.ply")
-    whole = simplify_file(source, outs[0], device=device, attributes=False, **options)
+    whole = simplify_file(
+        source, outs[0], device=device, attributes=False, **{"method": CLUSTERING, **options}
+    )
     streamed = simplify_file(
         source, outs[1], memory=MINIMUM, device=limited, attributes=False, **options
     )
@@ -143,7 +146,9 @@ def test_normals_and_colours_become_means(device, limited, small, tmp_path, meth
     )
     read.write_mesh(tmp_path / "a.ply", mesh)
     options = {"cells": 14, "method": method}
-    whole = simplify_file(tmp_path / "a.ply", tmp_path / "in.ply", device=device, **options)
+    whole = simplify_file(
+        tmp_path / "a.ply", tmp_path / "in.ply", device=device, **{"method": CLUSTERING, **options}
+    )
     assert whole.counters["split_vertices"] == 0
     done = simplify_file(
         tmp_path / "a.ply", tmp_path / "out.ply", memory=MINIMUM, device=limited, **options

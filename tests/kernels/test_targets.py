@@ -83,6 +83,7 @@ def test_shell_says_by_how_much_a_target_is_missed(capsys, tmp_path):
     box = tmp_path / "box.ply"
     write_mesh(box, cube(1))
     words = ["simplify", str(box), str(tmp_path / "out.ply"), "-r", "0.5"]
+    words += ["-m", "quadric_clustering"]
     assert main(words) == 0
     assert "12 -> 12 triangles (6 more than the 6 asked for)" in capsys.readouterr().out
     assert main([*words, "--json"]) == 0

@@ -35,7 +35,7 @@ def test_preferred_systems_declare_the_verb(verb):
 
 def test_surface_decides_where_no_method_is_named():
     mesh, square = icosphere(1), image()
-    assert verbs.method("simplify", None, mesh) is systems()["quadric_clustering"].verbs["simplify"]
+    assert verbs.method("simplify", None, mesh) is systems()["auto"].verbs["simplify"]
     assert verbs.method("simplify", None, square) is systems()["quadtree_lod"].verbs["simplify"]
     assert verbs.method("tessellate", None, cup()) is systems()["vst"].verbs["tessellate"]
     preferred = systems()["uniform_nurbs"]

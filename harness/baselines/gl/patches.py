@@ -40,6 +40,19 @@ def ring_vertices(segments: int) -> int:
     return 3 * sum(range(segments, 0, -2)) + (segments % 2 == 0)
 
 
+def check_segments(gl: Any, segments: int) -> None:
+    """Refuse what the driver's tessellator cannot cut.
+
+    Raises:
+        Unsupported: no tessellation, or more segments than it allows.
+    """
+    if gl.version_code < 400:
+        raise Unsupported(f"needs OpenGL 4.0 for tessellation, driver has {gl.version_code / 100}")
+    most = int(gl.info.get("GL_MAX_TESS_GEN_LEVEL", 64))
+    if segments > most:
+        raise Unsupported(f"needs {segments} segments, driver has at most {most}")
+
+
 class Patches(Refined):
     """Corners in buffers, three to a patch, in draw calls of at most `MOST_VERTICES`.
 
@@ -55,14 +68,8 @@ class Patches(Refined):
     evaluation: str
 
     def programs(self) -> tuple[Any, Any]:
-        gl, segments = self.gl, self.params.segments
-        if gl.version_code < 400:
-            raise Unsupported(
-                f"needs OpenGL 4.0 for tessellation, driver has {gl.version_code / 100}"
-            )
-        most = int(gl.info.get("GL_MAX_TESS_GEN_LEVEL", 64))
-        if segments > most:
-            raise Unsupported(f"needs {segments} segments, driver has at most {most}")
+        segments = self.params.segments
+        check_segments(self.gl, segments)
         stages = (VERTEX, self.control, self.evaluation)
         programs = build(*stages, "surface.frag"), build(*stages, varyings=KEPT)
         for program in programs:
@@ -76,7 +83,6 @@ class Patches(Refined):
             *self.more_arrays(),
         ]
         indices = self.buffer(self.mesh.triangles)
-        self.gl.patch_vertices = 3
         self._array = self.gl.vertex_array(self.draw_program, arrays, indices)
         self._points = self.gl.vertex_array(self.feedback_program, arrays, indices)
 
@@ -89,6 +95,7 @@ class Patches(Refined):
 
     def _render(self, array: Any, coarse: int) -> None:
         """The first `coarse` triangles, so many at a time."""
+        self.gl.patch_vertices = 3
         each = max(MOST_VERTICES // ring_vertices(self.params.segments), 1)
         for first in range(0, coarse, each):
             count = min(each, coarse - first)

@@ -1,18 +1,17 @@
-"""What the subjects that draw a refined surface share: the frame, the image, what comes back for checks."""
+"""What the subjects that draw a refined mesh share: their parameters, what comes back for checks."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
-from lodbench.harness.baselines.gl.driver import Canvas, assign, context, view_uniforms
-from lodbench.kernels.opencl import Device, Timeline
+from lodbench.harness.baselines.gl.drawn import Drawn
+from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.refine.attributes import canonical
 from lodbench.kernels.refine.displacement import Wave
@@ -23,10 +22,7 @@ from lodbench.kernels.refine.surface import TOLERANCE
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.raster import Side
 from lodbench.kernels.stages.shading import Shading
-from lodbench.kernels.system import Check, Footprint, Frame, System, Traffic, View
-
-STAGE = "draw"
-CHECKED = 64  # coarse triangles that a check looks at
+from lodbench.kernels.system import Check, System
 
 
 @dataclass(frozen=True)
@@ -46,10 +42,8 @@ class Params(Parameters):
     height: Side = 1024
 
 
-class Refined(ABC):
-    """A refined surface in an OpenGL driver, ready to be drawn; subclasses say by which shaders.
-
-    A frame ends when the driver has finished it, so its wall time is the driver's. There is no output on the device.
+class Refined(Drawn):
+    """A refined mesh in an OpenGL driver, ready to be drawn; subclasses say by which shaders.
 
     Attributes:
         reference: the surface in float64.
@@ -58,108 +52,17 @@ class Refined(ABC):
         Unsupported: no OpenGL driver.
     """
 
-    output: tuple[()] = ()
     reference: Reference = staticmethod(flat)
 
     def __init__(self, mesh: TriangleMesh, params: Params, shading: Shading | None = None) -> None:
-        self.setup = Timeline()
-        self.params, self.shading = params, shading or Shading()
+        self.params = params
         self.mesh = canonical(mesh)
-        self.coarse = self.mesh.triangle_count
-        with self.setup.host("context"):
-            self.gl = context()
-        with self.setup.host("build"):
-            self.canvas = Canvas(params.width, params.height, self.shading)
-            self.draw_program, self.feedback_program = self.programs()
-        self._view = mesh_view(self.mesh, size=(params.width, params.height))
-        self._kept: Any = None
-        self.bytes = 0
-        if self.coarse:
-            with self.setup.host("upload"):
-                self.upload()
-            if params.output == "points":
-                self._kept = self.gl.buffer(reserve=self.feedback_bytes())
-            with self.setup.host("first_launch"):
-                # have the driver compile: one triangle is enough for that
-                self._issue(self._view, 1)
-
-    @abstractmethod
-    def programs(self) -> tuple[Any, Any]:
-        """(for images, for transform feedback)."""
-
-    @abstractmethod
-    def upload(self) -> None:
-        """Make the vertex arrays; count what they hold in `bytes`."""
-
-    @abstractmethod
-    def draw(self, coarse: int) -> None:
-        """Issue the draw call of an image, with the first `coarse` triangles refined."""
-
-    @abstractmethod
-    def keep(self, buffer: Any) -> None:
-        """Issue the call that leaves points and normals in `buffer`."""
+        view = mesh_view(self.mesh, size=(params.width, params.height))
+        super().__init__(self.mesh.triangle_count, params, view, shading)
 
     def feedback_bytes(self) -> int:
-        """Of what `keep` writes: points and normals of every instance of the pattern."""
+        """Of points and normals of every instance of the pattern."""
         return 24 * self.coarse * lattice_vertex_count(self.params.segments)
-
-    def buffer(self, values: NDArray[Any]) -> Any:
-        """A buffer of the driver that holds `values`."""
-        data = np.ascontiguousarray(values)
-        self.bytes += data.nbytes
-        return self.gl.buffer(data.tobytes())
-
-    def enqueue(self, frame: Frame, timeline: Timeline) -> None:
-        """Draw and wait until it is done.
-
-        Raises:
-            ValueError: a view of another size than the image.
-        """
-        view = frame.view or self._view
-        if (view.width, view.height) != (self.canvas.width, self.canvas.height):
-            raise ValueError(
-                f"view: expected {self.canvas.width} x {self.canvas.height} pixels, "
-                f"got {view.width} x {view.height}"
-            )
-        with timeline.host(STAGE):
-            context()
-            self._issue(view, self.coarse)
-
-    def _issue(self, view: View, coarse: int) -> None:
-        """Draw the image with the first `coarse` triangles, or keep all points; and wait until it is done."""
-        if self.params.output == "points":
-            if coarse:
-                self._keep_in(self._kept, view)
-        else:
-            assign(self.draw_program, self.uniforms(view))
-            self.canvas.begin()
-            if coarse:
-                self.draw(coarse)
-        self.gl.finish()
-
-    def uniforms(self, view: View) -> dict[str, Any]:
-        """What the shaders are told of a view."""
-        return view_uniforms(view, self.shading)
-
-    def _keep_in(self, buffer: Any, view: View) -> None:
-        assign(self.feedback_program, self.uniforms(view))
-        self.canvas.target.use()  # no window: without a target even discarded drawing is an error
-        self.keep(buffer)
-
-    def image(self) -> NDArray[np.uint8]:
-        """The last frame, (height, width, 3) uint8, row 0 on top."""
-        return self.canvas.image()
-
-    def feedback(self) -> bytes:
-        """What the vertex stages give, through transform feedback."""
-        if not self.coarse:
-            return b""
-        gl = context()
-        buffer = self._kept or gl.buffer(reserve=self.feedback_bytes())
-        buffer.clear()  # fewer may come than there is room for
-        self._keep_in(buffer, self._view)
-        gl.finish()
-        return buffer.read()
 
     def points_and_normals(self) -> tuple[Floats, Floats]:
         """(coarse triangles, pattern vertices, 3) float32 each."""
@@ -193,11 +96,6 @@ class Refined(ABC):
         )
         return Check(worst <= TOLERANCE, what, worst, TOLERANCE)
 
-    def chosen(self) -> NDArray[np.int64]:
-        """The coarse triangles that a check looks at."""
-        last = max(self.coarse - 1, 0)
-        return np.unique(np.linspace(0, last, min(CHECKED, self.coarse)).astype(np.int64))
-
     def corners(self, chosen: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Corners of coarse triangles and their normals, (k, 3 corners, 3) float64 each."""
         return self.at(self.mesh.triangles[chosen])
@@ -216,22 +114,6 @@ class Refined(ABC):
             "coarse_triangles": self.coarse,
             "segments": segments,
         }
-
-    def footprint(self) -> Footprint:
-        """What the vertex arrays hold; the driver's own memory is not seen."""
-        counts = self.counters()
-        static = 24 * int(counts["vertices"]) + 12 * int(counts["triangles"])
-        return Footprint(
-            input_bytes=self.bytes,
-            output_bytes=4 * self.canvas.width * self.canvas.height * 2,
-            stored_bytes=self.bytes,
-            static_vertices=int(counts["vertices"]),
-            static_bytes=static,
-        )
-
-    def traffic(self) -> Mapping[str, Traffic]:
-        """Nothing: what the driver moves is not known."""
-        return {}
 
 
 def gl_system(

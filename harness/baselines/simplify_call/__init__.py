@@ -13,6 +13,7 @@ import numpy as np
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared, host_system
+from lodbench.harness.baselines.simplifier import at_most
 from lodbench.harness.measure.quality import topology
 from lodbench.kernels.api import simplify_mesh
 from lodbench.kernels.cluster.quadric_clustering import SYSTEM as QUADRIC_CLUSTERING
@@ -22,22 +23,27 @@ from lodbench.kernels.opencl import Device
 from lodbench.kernels.system import Check, Timeline, run
 
 TARGET_COUNTERS = ("target", "target_gap", "counting_passes", "cells_along_longest")
+SAID = ("took_", "because_", "first_")  # what methods made of others say of themselves
 
 
 @dataclass(frozen=True)
 class Params(GridTarget):
-    """How far method quadric_clustering is to go; a search for the grid is part of the call.
+    """How far to go; a search for a grid is part of the call.
 
-    `manifold`: part the sheets that meet, see `kernels/cluster/manifold.py`.
+    `method`: the system that is called; `manifold`: part the sheets that meet, see `kernels/cluster/manifold.py`.
     """
 
+    method: str = "quadric_clustering"
     manifold: bool = False
 
 
 def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     """One call made already, so that those that are timed find everything compiled."""
-    cells = params.cells if params.triangles(mesh.triangle_count) is not None else params.grid_cells
+    target = params.triangles(mesh.triangle_count)
+    cells = params.cells if target is not None else params.grid_cells
     asked = {**vars(params), "cells": cells}
+    if not params.manifold:
+        del asked["manifold"]  # which not every method has
     setup = Timeline()
     with setup.host("first_launch"):
         simplify_mesh(device, mesh, attributes=False, **asked)
@@ -46,7 +52,9 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         if params.manifold:
             met = sum(topology(made)["nonmanifold_edges"] for made in meshes)
             return Check(met == 0, "edges of more than two triangles", met, 0)
-        own = {name: value for name, value in asked.items() if name != "manifold"}
+        if params.method != QUADRIC_CLUSTERING.name:
+            return at_most(mesh.triangle_count if target is None else target, slack=0.0)(meshes)
+        own = {name: value for name, value in asked.items() if name != "method"}
         prepared = QUADRIC_CLUSTERING.prepare(device, mesh, Clustering(**own))
         run(device, prepared)
         (expected,), (got,) = prepared.result(), meshes
@@ -64,7 +72,11 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
         verdict=verdict,
         setup=setup,
         input_bytes=mesh.positions.nbytes + mesh.triangles.nbytes,
-        count=lambda result: {k: v for k, v in result.counters.items() if k in TARGET_COUNTERS},
+        count=lambda result: {
+            name: value
+            for name, value in result.counters.items()
+            if name in TARGET_COUNTERS or name.startswith(SAID)
+        },
     )
 
 
@@ -72,6 +84,11 @@ SYSTEM = host_system(
     "simplify_call",
     "lodbench.kernels.simplify_mesh",
     prepare,
-    {"cells_64": Params(64), "cells_30": Params(30), "manifold": Params(30, manifold=True)},
+    {
+        "cells_64": Params(64),
+        "cells_30": Params(30),
+        "manifold": Params(30, manifold=True),
+        "auto": Params(method="auto", target_reduction=0.9),
+    },
     notes="wall time of the whole call, transfers included",
 )

@@ -21,6 +21,12 @@ PALETTE = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6d4f", "#7f7f7f",
 )  # fmt: skip
 MARKERS = "osD^vPX*"
+DASHES = ("-", "--", ":", "-.")
+EVERY: tuple[Style, ...] = tuple(
+    (PALETTE[i % len(PALETTE)], MARKERS[(i + i // len(PALETTE)) % len(MARKERS)])
+    for i in range(len(PALETTE) * len(MARKERS))
+)
+"""All styles, in the order in which they are given away: colours first."""
 INK, FAINT, WARNING, PAGE = "#1f2328", "#d0d7de", "#b35900", "#ffffff"
 ON_COLOUR = "#fefefe"  # text on a bar stays light where the page is dark
 
@@ -70,18 +76,19 @@ class Chart:
 def styles(tables: Iterable[Iterable[str]]) -> dict[str, Style]:
     """A colour and marker per system, the same in every table, and different within one while colours last."""
     found: dict[str, Style] = {}
-    every = [
-        (PALETTE[i % len(PALETTE)], MARKERS[(i + i // len(PALETTE)) % len(MARKERS)])
-        for i in range(len(PALETTE) * len(MARKERS))
-    ]
     for table in tables:
         systems = list(dict.fromkeys(table))
         taken = {found[name] for name in systems if name in found}
-        free = (style for style in every if style not in taken)
+        free = (style for style in EVERY if style not in taken)
         for name in systems:
             if name not in found:
-                found[name] = next(free, every[-1])
+                found[name] = next(free, EVERY[-1])
     return found
+
+
+def dash(style: Style) -> str:
+    """The dash of a line: that of a colour's second system differs from that of its first."""
+    return DASHES[EVERY.index(style) // len(PALETTE) % len(DASHES)] if style in EVERY else "-"
 
 
 def varying(rows: Sequence[Row], keys: Iterable[str]) -> list[str]:

@@ -20,6 +20,7 @@ from lodbench.harness.report.charts.chart_data import (
     Style,
     by,
     case,
+    dash,
     hidden,
     legend,
     spoken,
@@ -103,7 +104,8 @@ def curve(axes: Axes, style: Style, rows: list[Row], x: str, y: str, label: str)
     colour, marker = style
     rows = sorted(rows, key=lambda row: row[x])
     places = {row[x]: [other[y] for other in rows if other[x] == row[x]] for row in rows}
-    axes.plot([*places], [np.median(found) for found in places.values()], c=colour)
+    middles = [np.median(found) for found in places.values()]
+    axes.plot([*places], middles, c=colour, ls=dash(style))
     axes.plot(
         [row[x] for row in rows],
         [row[y] for row in rows],

@@ -1,6 +1,7 @@
 // Edge collapse, geometry stage: may an edge of a block go, and what becomes of the triangles at its ends?
 //
-// Source    Dey, Edelsbrunner, Guha & Nekhayev 1999, Topology preserving edge contraction (link condition)
+// Source    Dey, Edelsbrunner, Guha & Nekhayev 1999, Topology preserving edge contraction (link condition); Lindstrom &
+//           Turk, Fast and Memory Efficient Polygonal Simplification, 1998 (volume)
 // Work      functions only
 // Reads     nothing
 // Writes    nothing
@@ -23,31 +24,82 @@ INLINE bool collapse_turns(const Block *b, const uint u, const uint v, const flo
     return false;
 }
 
-// triangles that go with the edge, 0 where it must stay: where the surface would no longer be what it was
-INLINE uint collapse_gone(Block *b, const uint u, const uint v)
+// has the vertex an edge of more than two triangles? Then it is on no surface
+INLINE bool collapse_crowded(const Block *b, const uint u)
 {
-    const uint met = ++b->stamp, shared = ++b->stamp;
-    uint gone = 0, common = 0, opposite = u;
     for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
         if (!b->corners[c | 3]) continue;
         const uint2 w = block_others(b, c);
-        b->mark[w.x] = b->mark[w.y] = met;
+        uint at_x = 0, at_y = 0;
+        for (uint d = b->head[u]; d != NONE; d = b->next[d]) {
+            if (!b->corners[d | 3]) continue;
+            const uint2 other = block_others(b, d);
+            at_x += other.x == w.x || other.y == w.x;
+            at_y += other.x == w.y || other.y == w.y;
+        }
+        if (max(at_x, at_y) > 2) return true;
+    }
+    return false;
+}
+
+// triangles that go with the edge, 0 where it must stay: where the surface would no longer be what it was. Where it is
+// none, the edge may go if just those vertices are near both ends that are opposite to it
+INLINE uint collapse_gone(Block *b, const uint u, const uint v)
+{
+    const uint met = ++b->stamp, facing = ++b->stamp, shared = ++b->stamp;
+    uint gone = 0, common = 0, opposites = 0, opposite = u;
+    for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
+        if (!b->corners[c | 3]) continue;
+        const uint2 w = block_others(b, c);
+        if (b->mark[w.x] != facing) b->mark[w.x] = met;
+        if (b->mark[w.y] != facing) b->mark[w.y] = met;
         if (w.x != v && w.y != v) continue;
         ++gone;
         opposite = w.x == v ? w.y : w.x;
+        opposites += b->mark[opposite] != facing;
+        b->mark[opposite] = facing;
     }
     b->mark[v] = shared;
     for (uint c = b->head[v]; c != NONE; c = b->next[c]) {
         if (!b->corners[c | 3]) continue;
         const uint2 w = block_others(b, c);
-        common += (b->mark[w.x] == met) + (w.y != w.x && b->mark[w.y] == met);
-        if (b->mark[w.x] == met) b->mark[w.x] = shared;
-        if (b->mark[w.y] == met) b->mark[w.y] = shared;
+        const bool x = b->mark[w.x] == met || b->mark[w.x] == facing;
+        const bool y = w.y != w.x && (b->mark[w.y] == met || b->mark[w.y] == facing);
+        if (x) b->mark[w.x] = shared;
+        if (y) b->mark[w.y] = shared;
+        common += x + y;
     }
     const bool along = b->kind[u] & b->kind[v] & BORDER;
     const uint expected = along ? 1 : 2, least = (b->kind[u] | b->kind[v]) & BORDER ? 1 : 3;
-    if (gone != expected || common != expected || (along && b->degree[opposite] < 2)) return 0;
+    if (gone != expected || common != expected || (along && b->degree[opposite] < 2))
+        return common == opposites && (collapse_crowded(b, u) || collapse_crowded(b, v)) ? gone : 0;
     return (uint)b->degree[u] + b->degree[v] < 2 * gone + least ? 0 : gone;
+}
+
+// half of the volume is made up for that a collapse would take from, or add to, what is below the surface: planes of the
+// mesh as it has become leave bends too flat. Not where the surface folds back on itself
+INLINE void collapse_level(const Block *b, const uint u, const uint v, Quadrics *merged)
+{
+    const float3 p = (float3)(merged->px.s0, merged->py.s0, merged->pz.s0);
+    const float3 edge = b->places[v].xyz - b->places[u].xyz;
+    float3 normal = 0.0f;
+    float volume = 0.0f, areas = 0.0f;
+    for (uint end = 0; end < 2; ++end) {
+        const float3 place = b->places[end ? v : u].xyz;
+        for (uint c = b->head[end ? v : u]; c != NONE; c = b->next[c]) {
+            if (!b->corners[c | 3]) continue;
+            const uint2 w = block_others(b, c);
+            if (end && (w.x == u || w.y == u)) continue;
+            const float3 n = cross(b->places[w.x].xyz - place, b->places[w.y].xyz - place);
+            normal += n;
+            volume += dot(n, place - p);
+            areas += sqrt(dot(n, n));
+        }
+    }
+    const float square = dot(normal, normal);
+    if (!(square > FOLDED * areas * areas)) return;
+    const float3 s = normal * (LEVELLED * volume / square);
+    if (dot(s, s) < dot(edge, edge)) quadric_move(merged, s);
 }
 
 // v takes over the triangles of u but for those with both

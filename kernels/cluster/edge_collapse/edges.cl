@@ -46,6 +46,19 @@ typedef struct {
     uint count;
 } Edges;
 
+// the next edges, from a corner on, which goes on; false where there are none left
+INLINE bool block_edges(const Block *b, uint *corner, Edges *edges)
+{
+    edges->count = 0;
+    for (; *corner < 4 * b->triangles && edges->count < 8; *corner += (*corner & 3) == 2 ? 2 : 1) {
+        const uint k = *corner & 3, u = b->corners[*corner], v = b->corners[k == 2 ? *corner - 2 : *corner + 1];
+        edges->u[edges->count] = u;
+        edges->v[edges->count] = v;
+        edges->count += block_asks(b, u, v);
+    }
+    return edges->count > 0;
+}
+
 // what the edges cost; lanes past their number are the first again
 INLINE float8 block_costs(const Block *b, Edges *edges)
 {

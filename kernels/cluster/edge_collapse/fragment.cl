@@ -9,6 +9,8 @@
 #define RIDGE 1e-6f  // of the trace: what a flat sum is solved with
 #define TIE 1e-6f    // times trace times length^2: among equals, the short edge first
 #define LEAST 1e-30f // a trace below it has no direction
+#define LEVELLED 0.5f // of the volume that a collapse would take is made up for
+#define FOLDED 0.1f   // square of the share of the area that is left of it where normals are added up
 
 #define INLINE static inline __attribute__((always_inline))
 
@@ -74,4 +76,18 @@ INLINE float8 quadric_merge(const Quadrics *u, const Quadrics *v, Quadrics *sum)
     sum->py = 0.5f * (u->py + v->py) + y;
     sum->pz = 0.5f * (u->pz + v->pz) + z;
     return sum->c + TIE * trace * square;
+}
+
+// the first of the sums about a point that lies elsewhere by s
+INLINE void quadric_move(Quadrics *sum, const float3 s)
+{
+    const float bx = sum->bx.s0, by = sum->by.s0, bz = sum->bz.s0;
+    sum->bx.s0 += sum->xx.s0 * s.x + sum->xy.s0 * s.y + sum->xz.s0 * s.z;
+    sum->by.s0 += sum->xy.s0 * s.x + sum->yy.s0 * s.y + sum->yz.s0 * s.z;
+    sum->bz.s0 += sum->xz.s0 * s.x + sum->yz.s0 * s.y + sum->zz.s0 * s.z;
+    const float more = s.x * (bx + sum->bx.s0) + s.y * (by + sum->by.s0) + s.z * (bz + sum->bz.s0);
+    sum->c.s0 = fmax(sum->c.s0 + more, 0.0f);
+    sum->px.s0 += s.x;
+    sum->py.s0 += s.y;
+    sum->pz.s0 += s.z;
 }

@@ -22,20 +22,16 @@
 INLINE void geometry_count(const Block *b, Edges *edges, __global uint *histogram)
 {
     float costs[8];
-    const uint count = edges->count;
     vstore8(block_costs(b, edges), 0, costs);
-    for (uint i = 0; i < count; ++i) ++histogram[cost_bin(costs[i])];
-    edges->count = 0;
+    for (uint i = 0; i < edges->count; ++i) ++histogram[cost_bin(costs[i])];
 }
 
 INLINE void geometry_append(Block *b, Edges *edges, const float threshold)
 {
     float costs[8];
-    const uint count = edges->count;
     vstore8(block_costs(b, edges), 0, costs);
-    for (uint i = 0; i < count; ++i)
+    for (uint i = 0; i < edges->count; ++i)
         if (costs[i] <= threshold) queue_append(b, edges->u[i], edges->v[i], costs[i]);
-    edges->count = 0;
 }
 
 // the edges of the block, by cost
@@ -64,16 +60,7 @@ __kernel void edge_collapse_geometry_sample(
         __global uint *histogram = histograms + (size_t)index * BINS;
         for (uint i = 0; i < BINS; ++i) histogram[i] = 0;
         Edges edges;
-        edges.count = 0;
-        for (uint t = 0; t < b.triangles; ++t)
-            for (uint k = 0; k < 3; ++k) {
-                const uint u = b.corners[4 * t + k], v = b.corners[4 * t + (k == 2 ? 0 : k + 1)];
-                edges.u[edges.count] = u;
-                edges.v[edges.count] = v;
-                edges.count += block_asks(&b, u, v);
-                if (edges.count == 8) geometry_count(&b, &edges, histogram);
-            }
-        if (edges.count) geometry_count(&b, &edges, histogram);
+        for (uint corner = 0; block_edges(&b, &corner, &edges);) geometry_count(&b, &edges, histogram);
     }
 }
 
@@ -109,16 +96,7 @@ __kernel void edge_collapse_geometry_collapse(
         const uint first = index * each;
         block_load(&b, sorted + first, min(first + each, live) - first, points, border_weight, keep_border, crease);
         Edges edges;
-        edges.count = 0;
-        for (uint t = 0; t < b.triangles; ++t)
-            for (uint k = 0; k < 3; ++k) {
-                const uint u = b.corners[4 * t + k], v = b.corners[4 * t + (k == 2 ? 0 : k + 1)];
-                edges.u[edges.count] = u;
-                edges.v[edges.count] = v;
-                edges.count += block_asks(&b, u, v);
-                if (edges.count == 8) geometry_append(&b, &edges, threshold);
-            }
-        if (edges.count) geometry_append(&b, &edges, threshold);
+        for (uint corner = 0; block_edges(&b, &corner, &edges);) geometry_append(&b, &edges, threshold);
         queue_order(&b);
         uint left = 2 * quotas[index], collapses = 0, paid = 0;
         while (b.queued && left) {
@@ -132,6 +110,7 @@ __kernel void edge_collapse_geometry_collapse(
             block_quadric(&b, u, &one);
             block_quadric(&b, v, &other);
             quadric_merge(&one, &other, &merged);
+            collapse_level(&b, u, v, &merged);
             const float3 place = (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
             if (collapse_turns(&b, u, v, place, turn_limit) || collapse_turns(&b, v, u, place, turn_limit)) continue;
             collapse_join(&b, u, v, &merged);

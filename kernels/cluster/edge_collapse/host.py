@@ -1,4 +1,7 @@
-"""Edge collapse on the device: the mesh as it shrinks, sweep by sweep."""
+"""Edge collapse on the device: the mesh as it shrinks, sweep by sweep.
+
+Long because all arguments of the kernels are set here.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.edge_collapse.curve import hilbert
 from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.edge_collapse.sweeps import (
@@ -20,10 +22,9 @@ from lodbench.kernels.cluster.edge_collapse.sweeps import (
     sweeps,
 )
 from lodbench.kernels.cluster.edge_collapse.verdict import verdict
-from lodbench.kernels.cluster.unchanged import Unchanged
 from lodbench.kernels.cluster.upload import Upload
-from lodbench.kernels.opencl import Device, Launch, Timeline
-from lodbench.kernels.stages.scan import chunk_count, chunk_local
+from lodbench.kernels.opencl import Launch, Timeline
+from lodbench.kernels.stages.scan import chunk_count, chunk_local, map_count
 from lodbench.kernels.subject import POINT, WORD, DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface
 from lodbench.kernels.targets import missed
@@ -58,7 +59,11 @@ class EdgeCollapse(DeviceSubject):
     Attributes:
         target: triangles that may be left.
         mesh: what is simplified.
+        files, defines: what its kernels are built of.
     """
+
+    files = FILES
+    defines: Mapping[str, int] = {"BLOCK": CAPACITY}
 
     def __init__(
         self,
@@ -116,27 +121,30 @@ class EdgeCollapse(DeviceSubject):
         locks = np.zeros(1, np.uint32) if locked is None else locked.astype(np.uint32)
         device, state = self.device, self.state
         self.add(lambda timeline: device.copy(timeline, "setup", begin, state), stage="setup")
+        maps, walkers = map_count(device, m)
+        degrees = self.allocate("degrees", (maps, n), np.uint32)
+        counted = {"degrees": degrees, "vertex_count": n, "map_count": maps}
+        self.fill("setup", degrees, 0)
         self.add(
-            self._chunked(
-                "setup_points", n, positions=upload.positions, 
-                locked=self.upload("locked", locks), locks=int(locked is not None),
-                points=self.points, loss=self.loss, parents=self.parents,
-                prescale=self._prescale, vertex_count=n,
+            self._launch(
+                "setup_rows", walkers, triangles=upload.triangles, rows=self.rows,
+                block_live=self.block_live, block=block, triangle_count=m, chunk_count=walkers, **counted,
             ),
-            bytes=(POINT + 6 * WORD) * n,
+            bytes=(POINT + 4 * WORD) * m,
         )  # fmt: skip
         self.add(
             self._chunked(
-                "setup_rows", m, triangles=upload.triangles, rows=self.rows, loss=self.loss,
-                block_live=self.block_live, block=block, triangle_count=m,
+                "setup_points", n, positions=upload.positions,
+                locked=self.upload("locked", locks), locks=int(locked is not None),
+                points=self.points, loss=self.loss, parents=self.parents,
+                prescale=self._prescale, **counted,
             ),
-            bytes=(POINT + 4 * WORD) * m,
+            bytes=(POINT + 6 * WORD) * n,
         )  # fmt: skip
         self._fold = self._chunked(
             "vertex_fold", n, points=self.points, loss=self.loss, state=self.state,
             block_live=self.block_live, target=self.target, vertex_count=n,
         )  # fmt: skip
-        self.add(self._fold, bytes=2 * WORD * n)
 
     def _sweeps(self, upload: Upload) -> None:
         """As many as may be needed; those after the target is met do nothing."""
@@ -145,14 +153,15 @@ class EdgeCollapse(DeviceSubject):
         extent = float((upload.high - upload.low).max()) * self._prescale
         low, bits = upload.low * self._prescale, bits_of(m, block)
         chunks = chunk_count(self.device, m)
-        orders = [self.upload("order", hilbert(b), role="scratch") for b in range(bits + 1)]
+        curves = [hilbert(b) for b in range(bits + 1)]
+        orders = [self.upload("order", c, role="scratch", lent=True) for c in curves]
         keys = self.allocate("keys", m, np.uint32)
         offsets = self.allocate("offsets", (chunks, 8**bits), np.uint32)
         sorted_ = self.allocate("sorted", (m, 4), np.uint32)
         histograms = self.allocate("histograms", (blocks, BINS), np.uint32)
         totals = self.allocate("totals", BINS, np.uint32)
         quotas = self.allocate("quotas", blocks, np.uint32)
-        items = self._items(blocks)
+        items = min(blocks, 4 * self.device.facts.compute_units)
         scratch = self.allocate("scratch", (items, slice_words()), np.uint32)
         shared = {"rows": self.rows, "block_live": self.block_live, "state": self.state}
         sort = {**shared, "keys": keys, "offsets": offsets}
@@ -168,38 +177,40 @@ class EdgeCollapse(DeviceSubject):
             sequence=self.sequence, moves=self.moves, recorded=int(self._recorded), **within,
         )  # fmt: skip
         sample = self._launch("geometry_sample", items, histograms=histograms, **within)
+        keys_of = self._chunked(
+            "sort_keys", m, points=self.points, order=orders[0], bits=0, low=(*low, 0), shift=(0, 0, 0, 0),
+            **sort,
+        )  # fmt: skip
+        scan = self._launch(
+            "sort_scan", 1, offsets=offsets, state=self.state, bits=0, block=0, whole=0, asked=0,
+            chunk_count=chunks,
+        )  # fmt: skip
+        scatter = self._chunked("sort_scatter", m, sorted=sorted_, bits=0, **sort)
+        plan = self._launch(
+            "plan_quotas", 1, histograms=histograms, quotas=quotas, totals=totals,
+            state=self.state, target=self.target, goal=0, gain=0.0, least=0.0,
+        )  # fmt: skip
         # what stays of each share depends on the mesh: the least that a sweep must read and write is left out
         for sweep in sweeps(params, m, self.target):
             cells = sweep.along / extent if extent > 0 else 0.0
-            self.add(
-                self._chunked(
-                    "sort_keys", m, points=self.points, order=orders[sweep.bits], bits=sweep.bits,
-                    low=(*low, cells), shift=(*sweep.shift, 0), **sort,
-                )
-            )  # fmt: skip
-            self.add(
-                self._launch(
-                    "sort_scan", 1, offsets=offsets, state=self.state, bits=sweep.bits,
-                    block=sweep.block, whole=sweep.whole,
-                    asked=blocks if sweep.last else ASKED, chunk_count=chunks,
-                )
-            )  # fmt: skip
-            self.add(self._chunked("sort_scatter", m, sorted=sorted_, bits=sweep.bits, **sort))
+            order, bits = orders[sweep.bits], sweep.bits
+            self._add(keys_of, order=order, bits=bits, low=(*low, cells), shift=(*sweep.shift, 0))
+            asked = blocks if sweep.last else ASKED
+            self._add(scan, bits=bits, block=sweep.block, whole=sweep.whole, asked=asked)
+            self._add(scatter, bits=bits)
             self.add(sample)
-            self.add(
-                self._launch(
-                    "plan_quotas", 1, histograms=histograms, quotas=quotas, totals=totals,
-                    state=self.state, target=self.target, goal=sweep.goal, gain=sweep.gain,
-                    least=sweep.least,
-                )
-            )  # fmt: skip
-            self.add(collapse)
+            self._add(plan, goal=sweep.goal, gain=sweep.gain, least=sweep.least)
+            self._add(collapse, turn_limit=0.0 if sweep.stubborn else cosine * cosine)
             self.add(self._fold)
 
-    def _items(self, blocks: int) -> int:
-        """Work-items that collapse blocks."""
-        units = self.device.facts.compute_units
-        return min(blocks, 4 * units)
+    def _add(self, launch: Launch, **values: Any) -> None:
+        """One more step: the launch with these values, one object for all sweeps."""
+
+        def enqueue(timeline: Timeline) -> None:
+            launch.set(**values)
+            launch(timeline)
+
+        self.add(enqueue, stage=launch.stage)
 
     def _emit(self, upload: Upload) -> None:
         n, m = self._vertices, self._triangles
@@ -257,37 +268,3 @@ class EdgeCollapse(DeviceSubject):
     def check(self) -> Check:
         """See `verdict`."""
         return verdict(self)  # pyright: ignore[reportArgumentType]
-
-
-def prepare(
-    device: Device,
-    mesh: TriangleMesh,
-    params: Params,
-    locked: NDArray[np.bool_] | None = None,
-    recorded: bool = False,
-) -> EdgeCollapse | Unchanged:
-    """The mesh uploaded and a frame ready to run; the mesh itself where all of its triangles may stay.
-
-    Args:
-        device: where it runs.
-        mesh: what is simplified.
-        params: how far, and how.
-        locked: (n,), vertices that stay where they are.
-        recorded: note the collapses, for `replay.py`.
-
-    Raises:
-        Unsupported: no room on the device.
-    """
-    upload = Upload(device, mesh)
-    target = params.left(mesh.triangle_count)
-    if target >= mesh.triangle_count:
-        counters = {
-            "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
-            **missed(target, mesh.triangle_count),
-        }  # fmt: skip
-        return Unchanged(
-            device, mesh, upload.positions, upload.triangles, upload.setup, counters
-        )  # fmt: skip
-    with upload.setup.host("build"):
-        upload.program = device.build(*FILES, defines={"BLOCK": CAPACITY})
-    return EdgeCollapse(upload, params, target, locked, recorded)

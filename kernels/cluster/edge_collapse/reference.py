@@ -16,6 +16,9 @@ from lodbench.kernels.cluster.edge_collapse.params import Params
 RIDGE = TIE = 1e-6
 """Of the trace: what a sum of quadrics is solved with; and times the edge's length squared, what it costs more."""
 
+LEVELLED, FOLDED = 0.5, 0.1
+"""Of the volume, what is made up for; and the square of the share of the area that its normals must add up to."""
+
 Real = NDArray[np.float64]
 Edge = tuple[int, int]
 
@@ -129,18 +132,40 @@ class Surface:
                     seen.add(frozenset((u, v)))
                     yield u, v
 
+    def crowded(self, v: int) -> bool:
+        """Has the vertex an edge of more than two triangles?"""
+        return any(len(self.at[v] & self.at[w]) > 2 for w in self.neighbours(v))
+
     def keeps_surface(self, u: int, v: int) -> bool:
-        """The link condition: is the surface of the same kind without the edge?"""
+        """The link condition: is the surface of the same kind without the edge? Where it is no surface, are those near
+        both ends just those opposite to the edge?
+        """
         along = u in self.border and v in self.border
         expected = 1 if along else 2
         gone = self.at[u] & self.at[v]
         common = self.neighbours(u) & self.neighbours(v)
-        if len(gone) != expected or len(common) != expected:
-            return False
-        if along and any(len(self.at[w]) < 2 for w in common):
-            return False
+        unlike = len(gone) != expected or len(common) != expected
+        if unlike or (along and any(len(self.at[w]) < 2 for w in common)):
+            opposite = {w for t in gone for w in self.triangles[t]} - {u, v}
+            return common == opposite and (self.crowded(u) or self.crowded(v))
         least = 1 if {u, v} & self.border else 3
         return len(self.at[u]) + len(self.at[v]) - 2 * expected >= least
+
+    def levelled(self, u: int, v: int, merged: Quadric) -> Quadric:
+        """The sum about a point at which the collapse changes the volume below the surface by half as much."""
+        rows = [self.triangles[t] for t in self.at[u] | self.at[v]]
+        normals = np.array([self._normal(row) for row in rows])
+        above = np.array([self.quadrics[row[0]].p - merged.p for row in rows])
+        normal, volume = normals.sum(axis=0), float((normals * above).sum())
+        square, areas = float(normal @ normal), float(np.linalg.norm(normals, axis=1).sum())
+        if not square > FOLDED * areas**2:
+            return merged
+        step = normal * (LEVELLED * volume / square)
+        if not np.linalg.norm(step) < np.linalg.norm(self.quadrics[v].p - self.quadrics[u].p):
+            return merged
+        moved = merged.about(merged.p + step)
+        moved.c = max(moved.c, 0.0)
+        return moved
 
     def turns(self, u: int, v: int, p: Real) -> bool:
         """Would a triangle that stays turn by more than the limit?"""
@@ -197,6 +222,7 @@ def simplify(mesh: TriangleMesh, target: int, params: Params | None = None) -> T
         if u not in surface.at or v not in surface.at or asked != [versions[u], versions[v]]:
             continue
         _, merged = merge(surface.quadrics[u], surface.quadrics[v])
+        merged = surface.levelled(u, v, merged)
         if not surface.keeps_surface(u, v) or surface.turns(u, v, merged.p):
             continue
         surface.collapse(u, v, merged)

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 
 from lodbench.kernels.cluster.edge_collapse.params import Params
 
-ASKED = 16  # blocks whose costs are enough to tell what edges may cost
+ASKED = 4  # blocks whose costs are enough to tell what edges may cost
 ROOM = 1.5  # the grid's edge, times the mesh's: by what is left it is shifted between sweeps
 SHIFTS = (0.8191725134, 0.6710436067, 0.5497004779)  # multiples whose fractions keep their distance
 MOST_BITS = 6  # of cells along an axis
 LAST_GAIN = 0.7  # of what the first sweeps take
 WHOLE = 1024  # triangles that are one block in the last sweeps, however small blocks are
 PATIENCE = 4  # last sweeps after which blocks grow
+STUBBORN = 8  # last sweeps after which a target that is still missed counts more than how far triangles turn
 CAPACITY = 4096  # triangles that a work-item has room for
 
 
@@ -32,6 +33,7 @@ class Sweep:
         whole: triangles that are one block.
         least: share of the edges that may be collapsed at the least, more and more in the last sweeps, so that they
             come to an end; 0 before.
+        stubborn: triangles may turn by up to 90 degrees.
     """
 
     number: int
@@ -42,6 +44,7 @@ class Sweep:
     block: int
     whole: int
     least: float
+    stubborn: bool
 
     @property
     def along(self) -> float:
@@ -66,7 +69,9 @@ def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
         block = min(params.block << max(extra - PATIENCE, 0), CAPACITY)
         whole = max(block, WHOLE) if extra >= 0 else block
         bits = bits_of(before, params.block)
-        yield Sweep(number, max(goal, target), bits, gain, extra > 0, block, whole, least)
+        yield Sweep(
+            number, max(goal, target), bits, gain, extra > 0, block, whole, least, extra > STUBBORN
+        )  # fmt: skip
         before = max(goal, target)
 
 

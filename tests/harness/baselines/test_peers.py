@@ -13,6 +13,7 @@ from lodbench.kernels.system import Unsupported, run
 from tests.harness.baselines.test_fast_simplification import height_field
 
 COUNTED = [
+    "meshlib",
     "meshoptimizer_simplify",
     "meshoptimizer_sloppy",
     "pyfqmr",

@@ -1,3 +1,4 @@
+import io
 import json
 
 import numpy as np
@@ -62,6 +63,47 @@ def test_tessellate_reads_bpt_and_datasets(tmp_path, capsys):
         made.append(tmp_path / f"{k}.ply")
         assert main(["tessellate", name, str(made[-1]), "--level", "2"]) == 0
     assert made[0].read_bytes() == made[1].read_bytes()
+
+
+@pytest.mark.parametrize("kind", ["bpt", "npz"])
+def test_tessellate_reads_standard_input(cup, tmp_path, capsys, monkeypatch, kind):
+    out, expected = tmp_path / "a.ply", tmp_path / "b.ply"
+    file = cup if kind == "npz" else bpt(tmp_path / "cup.bpt", patches.cup().points)
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(file.read_bytes())))
+    assert main(["tessellate", "-", str(out), "-n", "2"]) == 0
+    assert main(["tessellate", str(cup), str(expected), "-n", "2"]) == 0
+    assert out.read_bytes() == expected.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b"", "<stdin>: expected a number of patches, got none"),
+        (b"2\n3 3\n1 2 3\n", "<stdin>: expected 2 bicubic patches"),
+        (b"1\n2 2\n" + b"1 2 3\n" * 9, "<stdin>: expected patches of degree 3 3, got 2 2"),
+        (b"1\n3 3\n" + b"nan 2 3\n" * 16, "<stdin>: points: expected"),
+        (b"PK\x03\x04 cut", "<stdin>: "),
+    ],
+)
+def test_tessellate_says_in_one_line_what_is_wrong_with_standard_input(
+    data, said, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(data)))
+    assert main(["tessellate", "-", str(tmp_path / "out.ply")]) == 2
+    error = capsys.readouterr().err
+    assert said in error and error.count("\n") == 1
+    assert not (tmp_path / "out.ply").exists()
+
+
+def test_tessellate_by_a_view_leaves_out_what_is_not_seen_so_large(cup, tmp_path, capsys):
+    counts = []
+    for words in ([], ["--view", "30,20", "-s", "pixels=40"], ["--view", "90,90,90"]):
+        out = tmp_path / "out.ply"
+        assert main(["tessellate", str(cup), str(out), "-n", "5", "--json", *words]) == 0
+        counts.append(json.loads(capsys.readouterr().out)["triangles_out"])
+    assert counts[0] > counts[1] > counts[2] > 0
+    assert main(["tessellate", str(cup), str(tmp_path / "out.ply"), "--view", "30"]) == 2
+    assert "view: expected AZIMUTH,ELEVATION or X,Y,Z of the eye" in capsys.readouterr().err
 
 
 def test_tessellate_says_in_one_line_what_is_wrong(cup, tmp_path, capsys):

@@ -225,7 +225,19 @@ def test_distance_from_a_finer_surface_is_that_of_its_vertices():
         < found["max_difference"] * coarse.diagonal
         < 1.1 * (1 - radii.min())
     )
-    assert 0 < found["rms_difference"] < found["max_difference"]
+    assert 0 < found["mean_difference"] < found["rms_difference"] < found["max_difference"]
     assert distance_from(fine, fine, 1.0)["max_difference"] < 1e-7
     with pytest.raises(ValueError, match="result: expected triangles to compare, got none"):
         distance_from(fine, TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int)), 1.0)
+
+
+def test_mean_distance_counts_a_vertex_by_the_area_around_it():
+    x = np.array([0.0, 1, 2, 3, 4])  # a strip whose last two squares stand one above the coarse one
+    upper = np.stack([x, 0 * x, np.where(x > 1, 1.0, 0)], axis=1)
+    points = np.concatenate([upper, upper + np.array([0, 1, 0])])
+    a = np.arange(4)
+    faces = np.concatenate([np.stack([a, a + 1, a + 6], 1), np.stack([a, a + 6, a + 5], 1)])
+    flat = TriangleMesh([[-1, -1, 0], [9, -1, 0], [-1, 9, 0]], [[0, 1, 2]])
+    found = distance_from(TriangleMesh(points, faces), flat, 1.0)
+    slope = np.sqrt(2)
+    assert found["mean_difference"] == pytest.approx((slope / 2 + 2) / (1 + slope + 2))

@@ -1,7 +1,7 @@
 import pytest
 
 from lodbench.harness.plan.table import table
-from lodbench.harness.tables.pareto import GENERATED, KINDS, SLOW
+from lodbench.harness.tables.pareto import GENERATED, KINDS, SCATTERED, SLOW
 from tests.harness.records import group, rows_of, subject
 
 
@@ -18,6 +18,12 @@ def test_rows_have_errors_as_shares_of_fast_simplifications():
     assert rows["quadric_clustering"]["rms_error_share"] == pytest.approx(1.5)
     assert rows["fast_simplification"]["rms_error_share"] == 1
     assert rows["vtk_binned_decimation"]["rms_error_share"] is None
+    assert rows["quadric_clustering"]["rms_error_share_of_careful"] is None
+    careful = group(
+        judged("hybrid_call", 0.003), judged("fast_simplification_careful", 0.002), table="pareto"
+    )
+    shares = [row["rms_error_share_of_careful"] for row in rows_of("pareto", careful)[0].values()]
+    assert shares == pytest.approx([1.5, 1])
 
 
 def test_groups_are_each_mesh_at_each_target_and_fewer_in_a_quick_run():
@@ -27,6 +33,8 @@ def test_groups_are_each_mesh_at_each_target_and_fewer_in_a_quick_run():
     for made in (*quick, *whole):
         made.validate()
         labels = {one.label or one.system for one in made.subjects}
-        assert {"quadric_clustering", "octree", "fast_simplification"} <= labels
+        assert made.dataset == SCATTERED or {"quadric_clustering", "octree"} <= labels
+        assert {"fast_simplification", "fast_simplification_careful"} <= labels
+        assert {"hybrid_call", "auto_call", "edge_collapse_call"} <= labels
         if made.dataset in GENERATED:
             assert not labels & set(SLOW)

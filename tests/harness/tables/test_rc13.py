@@ -3,7 +3,10 @@ import pytest
 from lodbench.harness.plan.table import table
 from tests.harness.records import group, rows_of, subject
 
-TABLES = ("rc13_2_1", "rc13_figures_2_10_to_2_13", "rc13_5_1_to_5_3", "rc13_5_13_to_5_18")
+TABLES = (
+    "rc13_2_1", "rc13_figures_2_10_to_2_13", "rc13_3_1", "rc13_3_18_3_19", "rc13_4_1_4_2",
+    "rc13_4_6_to_4_8", "rc13_5_1_to_5_3", "rc13_5_13_to_5_18",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", TABLES)
@@ -40,6 +43,32 @@ def test_rows_say_what_is_reused_and_how_fast_vertices_come():
     assert rows["vst"]["published_frame_fps"] is None
 
 
+def test_samples_of_drawn_groups_are_whole_frames():
+    counters = {"triangles": 1000, "vertices": 600}
+    found = group(
+        subject("vst", [0.002] * 10, counters=counters),
+        subject("gl_vst", [0.02] * 10, counters=counters, driver="a driver"),
+        table="rc13_figures_2_10_to_2_13",
+        scene="S1 teapot, drawn",
+    )
+    rows, _ = rows_of("rc13_figures_2_10_to_2_13", found)
+    assert rows["vst"]["frame_fps"] == pytest.approx(500)
+    assert rows["vst"]["vertices_per_s"] is None
+    assert rows["vst"]["ratio_to_gl_vst"] == pytest.approx(10)
+    assert rows["gl_vst"]["driver"] == "a driver"
+
+
+def test_rate_over_the_flat_pattern_counts_vertices():
+    found = group(
+        subject("vst", [0.002] * 10, counters={"triangles": 1000, "vertices": 600}),
+        subject("flat_patches", [0.001] * 10, counters={"triangles": 1000, "vertices": 660}),
+        table="rc13_figures_2_10_to_2_13",
+    )
+    rows, _ = rows_of("rc13_figures_2_10_to_2_13", found)
+    assert rows["vst"]["rate_to_flat_patches"] == pytest.approx(0.5 * 600 / 660)
+    assert rows["flat_patches"]["rate_to_flat_patches"] is None
+
+
 def test_a_draw_takes_its_share_of_the_frame():
     counters = {"triangles": 1000, "draws": 4}
     found = group(
@@ -61,3 +90,59 @@ def test_handheld_draws_have_their_sizes():
     )
     row = rows_of("rc13_5_1_to_5_3", found)[0]["level_3_by_7"]
     assert (row["draws"], row["map_bytes"], row["surfaces_per_draw"]) == (23, 6804, 7)
+
+
+def _compared(label, triangles, error, **params):
+    quality = {"mean_difference": error, "rms_difference": 2 * error, "max_difference": 9 * error}
+    system = label.rpartition("_")[0] or label
+    return subject(
+        label,
+        [0.1],
+        counters={"triangles": triangles},
+        params=params,
+        system=system,
+        quality=quality,
+    )
+
+
+def test_shares_are_of_uniform_triangles_at_equal_mean_error():
+    found = group(
+        _compared("vst_1", 1000, 4e-3), _compared("vst_2", 4000, 1e-3), _compared("vst_3", 16_000, 25e-5),
+        _compared("dabt_high", 1000, 2e-3, test="distance", quality="high"),
+        _compared("dabt_low", 500, 4e-3, test="flat", quality="low", threshold=0.5),
+        _compared("uncoupled_bezier_1", 400, 1e-3, price=1e-7),
+        subject("reference", [0.1], counters={"triangles": 10**6}, system="vst"),
+        table="rc13_3_1", dataset="elephant_gumbo",
+    )  # fmt: skip
+    rows, _ = rows_of("rc13_3_1", found)
+    assert rows["dabt_high"]["share_at_error"] == pytest.approx(0.5)
+    assert rows["dabt_high"]["share_of_level"] == pytest.approx(0.25)
+    assert rows["dabt_low"]["threshold"] == 0.5
+    assert rows["dabt_low"]["share_at_error"] == pytest.approx(0.5)
+    assert rows["dabt_low"]["share_of_level"] == 0.5
+    assert rows["uncoupled_bezier_1"]["share_at_error"] == pytest.approx(0.1)
+    assert rows["vst_1"].get("share_at_error") is None
+    published = rows["dabt, length, high quality, a model not named"]
+    assert (published["published_triangles_k"], published["published_frame_fps"]) == (
+        284.94,
+        148.97,
+    )
+
+
+def test_adaptive_frames_are_compared_whatever_triangles_they_have():
+    found = group(
+        subject("vst", [0.002] * 10, counters={"triangles": 4000}),
+        subject("semi_adaptive", [0.001] * 10, counters={"triangles": 2000}),
+        subject("dabt", [0.002] * 10, counters={"triangles": 1800}),
+        table="rc13_4_6_to_4_8", work="frames",
+    )  # fmt: skip
+    rows, _ = rows_of("rc13_4_6_to_4_8", found)
+    assert rows["semi_adaptive"]["ratio_to_dabt"] == pytest.approx(2)
+    assert rows["dabt"]["ratio_to_vst"] == pytest.approx(1)
+    assert rows["vst"]["triangles_k"] == 4
+    counted = group(
+        subject("dabt", [0.1], counters={"triangles": 5000, "coarse_triangles": 100}),
+        table="rc13_4_1_4_2", scene="S5 teapot", level=5,
+    )  # fmt: skip
+    row = rows_of("rc13_4_1_4_2", counted)[0]["dabt"]
+    assert (row["adapts"], row["triangles_k"]) == ("edges and inside", 5)

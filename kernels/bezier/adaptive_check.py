@@ -1,0 +1,126 @@
+"""Were these the vertices and triangles of an adaptive tessellation? Against float64 and the readable forms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from lodbench.datasets_gen.surfaces import BezierPatches, TriangleMesh
+from lodbench.kernels.bezier.adaptive_params import AdaptiveParams
+from lodbench.kernels.bezier.candidates import (
+    DEEPEST,
+    NODES,
+    Flags,
+    Integers,
+    Masks,
+    nodes_of,
+    ways_of,
+)
+from lodbench.kernels.bezier.lattice import lattice_parameters
+from lodbench.kernels.bezier.measures import (
+    SCREEN,
+    inverse_diagonal,
+    measured,
+    passes,
+    screen_rows,
+    way_bends,
+)
+from lodbench.kernels.bezier.reference import Doubles, normals_at, points_at
+from lodbench.kernels.bezier.strips import strips
+from lodbench.kernels.bezier.tessellated import CHECKED, NORMAL_LIMIT, POSITION_LIMIT
+from lodbench.kernels.system import Check, View
+
+CERTAIN = 1e-3
+"""A measure that is nearer to the threshold than this share of it may fall to either side in float32; so may one within
+what the roundings of points come to."""
+ROUNDING = {"distance": 4e-6, "flat": 4e-6, "length": 1e-4 * SCREEN}
+Inserted = Callable[[Flags, Flags, int], Flags]
+
+
+def judged(
+    patches: BezierPatches,
+    params: AdaptiveParams,
+    view: View | None,
+    mesh: TriangleMesh,
+    masks: Masks,
+    where: tuple[Integers, Integers],
+    inserted: Inserted,
+) -> Check:
+    """Some patches, spread over all, are compared.
+
+    Args:
+        patches: that were tessellated.
+        params: by which.
+        view: of the frame.
+        mesh: what came out.
+        masks: (m, cells, 2) nodes and way of each coarse triangle.
+        where: patch and virtual vertex of each vertex.
+        inserted: which nodes a coarse triangle has, of those that pass.
+    """
+    count = len(patches.points)
+    some = np.unique(np.linspace(0, max(count - 1, 0), min(CHECKED, count)).astype(np.int64))
+    P = patches.points[some].astype(np.float64)
+    patch, place = where
+    taken = np.isin(patch, some)
+    own = np.searchsorted(some, patch[taken])
+    u, v = lattice_parameters(params.base + DEEPEST)
+    inverse = inverse_diagonal(patches.points)
+    wrong = _wrong_masks(P, params, inverse, view, masks[some], inserted)
+    worst = float(wrong + _wrong_triangles(mesh, masks))
+    box = patches.points.reshape(-1, 3).astype(np.float64)
+    size = max(np.linalg.norm(np.ptp(box, axis=0)), np.abs(box).max()) if len(box) else 1.0
+    off = np.abs(mesh.positions[taken] - points_at(P, u, v)[own, place[taken]]).max(initial=0)
+    worst = np.max([worst, off / (max(size, 1e-37) * POSITION_LIMIT)])
+    if mesh.normals is not None:
+        normals, certain = (a[own, place[taken]] for a in normals_at(P, u, v))
+        turned = np.linalg.norm(mesh.normals[taken] - normals, axis=-1)
+        worst = np.max([worst, turned[certain].max(initial=0) / NORMAL_LIMIT])  # NaN is worst
+    what = (
+        "largest error, of points as a share of 1e-6 of the box and of normals as a share of 0.1 degree, or coarse "
+        f"triangles with wrong vertices or triangles, {len(some)} of {count} patches"
+    )
+    return Check(bool(worst <= 1), what, float(worst), 1.0)
+
+
+def _wrong_masks(
+    P: Doubles,
+    params: AdaptiveParams,
+    inverse: float,
+    view: View | None,
+    masks: Masks,
+    inserted: Inserted,
+) -> int:
+    """Coarse triangles of a wrong way, or that insert what cannot pass or leave out what must; 2 for each."""
+    measures = measured(P, params, inverse, screen_rows(view, inverse))
+    ways, rounding = ways_of(masks), ROUNDING[params.test]
+    own, others = _bends(way_bends(measures), ways)
+    wrong = (own > others * (1 + CERTAIN) + rounding).any(axis=-1)
+    margin = CERTAIN * params.least + rounding if params.least else 0.0
+    low, high = (
+        inserted(*passes(measures, ways, params.least + side), params.finest_depth)
+        for side in (margin, -margin)
+    )
+    found = nodes_of(masks)
+    wrong |= ((low & ~found) | (found & ~high)).any(axis=-1)
+    return 2 * int(wrong.sum())
+
+
+def _bends(bends: Doubles, ways: Integers) -> tuple[Doubles, Doubles]:
+    """Of base and diagonal, (m, cells, 2, 2) each: as chosen, and the least that there were to choose from."""
+    own = np.take_along_axis(bends, ways[..., None], axis=2)
+    turns = 3 * (ways // 3)[..., None] + np.arange(3)
+    bases = np.take_along_axis(bends[:, :, None, :, 0], turns, axis=-1).min(axis=-1)
+    cuts = np.broadcast_to(bends[:, :, [0, 6], 1].min(axis=-1)[..., None], bases.shape)
+    return own, np.stack([bases, cuts], axis=-1)
+
+
+def _wrong_triangles(mesh: TriangleMesh, masks: Masks) -> int:
+    """Coarse triangles, of the first few, whose triangles are not those of the readable form; 2 for each."""
+    wrong = vertex = triangle = 0
+    for mask in (masks.ravel()[:CHECKED] & np.uint64((1 << NODES) - 1)).tolist():
+        expected = np.array(strips(mask), np.uint32).reshape(-1, 3) + vertex
+        got = mesh.triangles[triangle : triangle + len(expected)]
+        wrong += 2 * (not np.array_equal(expected, got))
+        vertex, triangle = vertex + mask.bit_count(), triangle + len(expected)
+    return wrong
