@@ -12,7 +12,8 @@ Quadrics are made anew from the mesh as it is in every sweep and added up within
 vertices, where b and c begin as zero, so that float32 is enough; half of the volume is made up for that a collapse
 would take away. An edge goes only where the surface stays what it was (the link condition, with the border as one more
 vertex; where it is no surface, edges of many triangles go too) and no triangle turns by more than a limit. Planes
-upright on border edges hold the border. A closed part of the mesh ends as four triangles at the least: none is lost.
+upright on border edges and on folds hold these. A closed part of the mesh ends as four triangles at the least, so that
+none is lost.
 
 With `max_error` the input and the output are compared both ways, and collapses limited where these are too far apart
 (`bound.py`).

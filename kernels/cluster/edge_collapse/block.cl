@@ -12,6 +12,8 @@
 #define SLOTS (4 * BLOCK) // of the hash table: BLOCK is a power of two
 #define EDGES (4 * BLOCK)  // that a block's queue can ever hold
 #define NONE 0xFFFFu
+#define FOLD -0.5f // cosine of the normals at folds, which are held always
+#define BENT 0.64f // square of the share that is left of normals in their sum, where there may be a fold
 #define AHEAD 16  // triangles whose points are on their way from memory
 #define BORDER 1u  // kinds of vertices
 #define WHOLE 2u   // all of its triangles are the block's
@@ -152,14 +154,22 @@ INLINE void block_load(Block *b, __global const uint4 *rows, const uint count, _
         const float square = dot(n, n);
         if (!(square > 0.0f)) continue;
         const float8 plane = quadric_plane(n, 0.5f * rsqrt(square));  // area times the unit normal's square
-        for (uint k = 0; k < 3; ++k) b->planes[own[k]] += plane;
+        const float4 bend = (float4)(n, sqrt(square));
+        for (uint k = 0; k < 3; ++k) {
+            b->planes[own[k]] += plane;
+            b->lines[own[k]] += bend;
+        }
     }
     for (uint v = 0; v < b->vertices; ++v) {
         b->given[v] = b->degree[v];
         b->version[v] = b->planes[v].s7 == (float)b->degree[v];
         const bool rim = b->kind[v] != 0;
         b->kind[v] = b->version[v] ? WHOLE : 0;
-        if (crease > -1.0f && b->version[v]) block_creases(b, v, border_weight, crease);
+        // folds are seen in the sum of the normals, so that most vertices need not be looked at edge by edge
+        const float4 bend = b->lines[v];
+        b->lines[v] = 0.0f;
+        const bool bent = crease > FOLD || dot(bend.xyz, bend.xyz) < BENT * bend.w * bend.w;
+        if (bent && b->version[v]) block_creases(b, v, border_weight, crease);
         if (!rim || !b->version[v]) continue;
         b->kind[v] |= BORDER;
         if (keep_border)

@@ -47,7 +47,7 @@ __kernel void edge_collapse_geometry_sample(
     const uint holding,
     const float border_weight,
     const uint keep_border,
-    const float crease, // cosine; -1: none
+    const float crease, // cosine
     const uint takers)
 {
     const uint item = get_global_id(0);
@@ -89,7 +89,7 @@ __kernel void edge_collapse_geometry_collapse(
     const float border_weight,
     const float turn_limit, // square of the cosine
     const uint keep_border,
-    const float crease, // cosine; -1: none
+    const float crease, // cosine
     const uint takers)
 {
     const uint item = get_global_id(0);

@@ -10,6 +10,7 @@ from lodbench.kernels.parameters import Range
 from lodbench.kernels.targets import Target
 
 DEFAULT_REDUCTION = 0.9
+FOLD = 120.0  # degrees, as in block.cl
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,8 @@ class Params(Target):
         border_weight: of the planes upright on border edges and creases, times the square of their length; 0 is none.
         preserve_border: leave border vertices where they are.
         crease_angle: degrees between the normals of two triangles from which on their edge is held like a border; None
-            holds none. The planes of the triangles hold creases by themselves, so this helps where they are faint.
+            holds folds alone, from 120 on, from which thin parts would shrink: no plane of theirs is across. Creases
+            are held by their own planes, so that a smaller angle helps where they are faint.
         normal_weight: the share of the diagonal that a change of 1 counts as, where normals do not change evenly
             (`penalties.py`); 0 lets them count for nothing, 0.01 is a little, 0.1 much.
         uv_weight: the same of texture coordinates.
@@ -54,8 +56,8 @@ class Params(Target):
 
     @property
     def crease_cosine(self) -> float:
-        """Of the crease angle; -1 for none."""
-        return -1.0 if self.crease_angle is None else math.cos(math.radians(self.crease_angle))
+        """Of the crease angle, or of folds."""
+        return math.cos(math.radians(FOLD if self.crease_angle is None else self.crease_angle))
 
     @property
     def targeted(self) -> bool:

@@ -173,6 +173,18 @@ def test_crease_angle_keeps_a_faint_ridge_straight(device):
     assert off(crease_angle=10.0) < 0.7 * off()
 
 
+def test_folds_are_held_so_that_thin_parts_do_not_shrink(device):
+    ball = icosphere(5)
+    flat = ball.positions + np.random.default_rng(1).normal(size=ball.positions.shape) * 0.002
+    lens = TriangleMesh(flat * [1, 1, 0.02], ball.triangles)
+
+    def farthest(**options):
+        result = simplify(device, lens, target_reduction=0.97, **options).mesh
+        return measure(lens, result, samples=20_000)["max_error"]
+
+    assert farthest() < 0.85 * farthest(crease_angle=179.9)
+
+
 def test_locked_vertices_stay(device):
     mesh = sphere(30, 40)
     lock = mesh.positions[:, 2] > 0.5
