@@ -14,7 +14,13 @@
 
 #define CELL_VERTICES 96 // of both triangles, up to a whole vector
 
-// points at (u, v) of a patch, and unit normals; `steps` are its rows' differences, scaled
+// differences of a patch's rows, scaled
+static inline void bezier_steps(float16 *steps, const bezier_patch *patch)
+{
+    for (uint k = 0; k < 3; ++k) steps[k] = (patch->rows[k + 1] - patch->rows[k]) * patch->scale;
+}
+
+// points at (u, v) of a patch, and unit normals
 static inline void bezier_at8(planes8 *point, planes8 *normal, const bezier_patch *patch, const float16 *steps,
     const float8 u, const float8 v)
 {
@@ -63,8 +69,8 @@ static inline void bezier_emit(__global float *restrict positions, __global floa
 {
     bezier_patch patch;
     bezier_patch_at(&patch, controls, cell.patch);
-    const float16 steps[3] = {(patch.rows[1] - patch.rows[0]) * patch.scale,
-        (patch.rows[2] - patch.rows[1]) * patch.scale, (patch.rows[3] - patch.rows[2]) * patch.scale};
+    float16 steps[3];
+    bezier_steps(steps, &patch);
     float u[CELL_VERTICES], v[CELL_VERTICES];
     const uint last = side - 1;
     const float step = 1.0f / (float)last; // exact: a power of two
@@ -91,8 +97,15 @@ static inline void bezier_emit(__global float *restrict positions, __global floa
     if (cell.i && cell.j && cell.i + CELL < last && cell.j + CELL < last) return;
     for (uint k = 0; k < count; ++k) {
         if (u[k] > 0.0f && u[k] < 1.0f && v[k] > 0.0f && v[k] < 1.0f) continue;
-        const uint i = (uint)(u[k] * (float)last), j = (uint)(v[k] * (float)last);
-        vstore3(bezier_border_normal(controls, sources, cell.patch, i, j, last), first + k, normals);
+        float2 where;
+        const uint owner = bezier_source(
+            &where, sources, cell.patch, (uint)(u[k] * (float)last), (uint)(v[k] * (float)last), last);
+        if (owner == cell.patch && where.x == u[k] && where.y == v[k]) continue;
+        bezier_patch_at(&patch, controls, owner);
+        bezier_steps(steps, &patch);
+        planes8 p, n;
+        bezier_at8(&p, &n, &patch, steps, (float8)(where.x), (float8)(where.y));
+        vstore3((float3)(n.x.s0, n.y.s0, n.z.s0), first + k, normals);
     }
 #endif
 }
