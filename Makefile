@@ -1,10 +1,10 @@
-# make setup | report | test | lint | types | bench | wheel | clean
+# make setup | report | test | lint | types | bench | guard | fuzz | wheel | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help setup report test lint types bench wheel clean
+.PHONY: help setup report test lint types bench guard fuzz wheel clean
 
 help:
 	@echo "make setup    a virtual environment in $(VENV) with everything that tests and reports need"
@@ -13,6 +13,8 @@ help:
 	@echo "make lint     ruff, on code and formatting"
 	@echo "make types    pyright"
 	@echo "make bench    all tables at full size, into results/"
+	@echo "make guard    a short run against the recorded ones: what got slower, relative to numpy and to copying"
+	@echo "make fuzz     10,000 inputs of every system and reader, killed runs, full disks: hours (INPUTS=100 for less)"
 	@echo "make wheel    build the wheel and the source distribution"
 
 setup: $(READY)
@@ -40,6 +42,14 @@ types: $(READY)
 
 bench: $(READY)
 	$(BIN)/lodbench reproduce
+
+guard: $(READY)
+	$(BIN)/lodbench guard
+
+INPUTS ?= 10000
+STOPS ?= 100
+fuzz: $(READY)
+	$(BIN)/python -m tests.fuzz --inputs $(INPUTS) --stops $(STOPS)
 
 wheel: $(READY) clean
 	$(BIN)/python -m build

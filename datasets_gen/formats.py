@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,14 +18,14 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 LOD_EXTENSION = "MSFT_lod"
 
 
-def _scene(*meshes: TriangleMesh) -> trimesh.Scene:
-    """A node for each mesh, in their order."""
+def _scene(*meshes: TriangleMesh, names: Sequence[str] = ()) -> trimesh.Scene:
+    """A node for each mesh, in their order; its levels of detail are numbered where there are no names."""
     scene = trimesh.Scene()
     for number, mesh in enumerate(meshes):
         place = np.eye(4)  # in text, with all digits of a float64
         if mesh.origin is not None:
             place[:3, 3] = mesh.origin
-        name = f"level_{number}" if number else None
+        name = names[number] if names else f"level_{number}" if number else None
         scene.add_geometry(_shape(mesh), name, name, transform=place)
     return scene
 
@@ -131,6 +131,21 @@ CHAIN_WRITERS: dict[str, Callable[[Sequence[TriangleMesh]], bytes]] = {
 
 Source: Khronos glTF 2.0, vendor extension MSFT_lod.
 """
+
+
+def _parts(parts: Mapping[str, TriangleMesh]) -> trimesh.Scene:
+    """Parts without triangles are left out, for glTF cannot hold them."""
+    kept = {name: mesh for name, mesh in parts.items() if mesh.triangle_count}
+    return _scene(*kept.values(), names=tuple(kept))
+
+
+PART_WRITERS: dict[str, Callable[[Mapping[str, TriangleMesh]], bytes]] = {
+    ".gltf": lambda parts: export_gltf(
+        _parts(parts), embed_buffers=True, tree_postprocessor=gltf.unmarked
+    )["model.gltf"],
+    ".glb": lambda parts: export_glb(_parts(parts), tree_postprocessor=gltf.unmarked),
+}
+"""Named parts in one file, a node each."""
 
 CARRIED = {
     ".ply": ("normals", "uvs", "colours", "tags"),

@@ -30,7 +30,8 @@ PATCHES = (
     "elephant_gumbo_standin",
 )  # fmt: skip
 NURBS = (
-    "rational_cylinder", "rational_ball", "rational_torus", "mixed_degrees", "quilt_4",
+    "rational_cylinder", "rational_ball", "rational_torus", "mixed_degrees", "bicubic_12",
+    "quilt_4",
     "killeroo_standin",
 )  # fmt: skip
 FOLDERS = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import zipfile
 import zlib
 from pathlib import Path
@@ -15,6 +16,7 @@ from lodbench.datasets_gen.ply import numbers_in
 from lodbench.datasets_gen.read import FileError
 from lodbench.datasets_gen.surfaces import BezierPatches
 
+ZIP = b"PK"  # an .npz begins so
 SUFFIXES = FOLDERS["bezier"]
 _BROKEN = ValueError, TypeError, OSError, KeyError, EOFError, zipfile.BadZipFile, zlib.error
 _QUARTER = 4 / 3 * (2**0.5 - 1)
@@ -28,22 +30,35 @@ def read_patches(path: str | Path) -> BezierPatches:
         FileError: no such file, an unknown suffix, truncated, not bicubic, NaN.
     """
     path = Path(path)
+    if path.suffix.lower() not in (".npz", ".bpt"):
+        raise FileError(f"{path}: expected a suffix of {' '.join(SUFFIXES)}, got {path.suffix!r}")
     try:
-        if path.suffix.lower() == ".npz":
-            with np.load(path, allow_pickle=False) as archive:
-                if "patches" not in archive:
-                    raise ValueError(f"expected the key 'patches', got {sorted(archive)}")
-                patches = BezierPatches(archive["patches"])
-                if not len(patches.points):
-                    raise ValueError("patches: expected at least one, got none")
-                return patches
-        if path.suffix.lower() == ".bpt":
-            return BezierPatches(_bpt_points(numbers_in(path.read_bytes())))
+        data = path.read_bytes()
     except FileNotFoundError:
         raise FileError(f"{path}: no such file") from None
+    except OSError as error:
+        raise FileError(f"{path}: {error.strerror}") from None
+    return parse_patches(data, path)
+
+
+def parse_patches(data: bytes, name: str | Path) -> BezierPatches:
+    """The patches in a file's bytes, .npz or else .bpt: what `read_patches` does with them.
+
+    Raises:
+        FileError: as there; `name` stands in its text.
+    """
+    try:
+        if not data.startswith(ZIP) and Path(name).suffix.lower() != ".npz":
+            return BezierPatches(_bpt_points(numbers_in(data)))
+        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+            if "patches" not in archive:
+                raise ValueError(f"expected the key 'patches', got {sorted(archive)}")
+            patches = BezierPatches(archive["patches"])
+            if not len(patches.points):
+                raise ValueError("patches: expected at least one, got none")
+            return patches
     except _BROKEN as error:
-        raise FileError(f"{path}: {' '.join(str(error).split())}") from error
-    raise FileError(f"{path}: expected a suffix of {' '.join(SUFFIXES)}, got {path.suffix!r}")
+        raise FileError(f"{name}: {' '.join(str(error).split())}") from error
 
 
 def _bpt_points(numbers: NDArray[np.float64]) -> NDArray[np.float64]:

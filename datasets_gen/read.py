@@ -21,7 +21,7 @@ import trimesh
 from trimesh.resolvers import FilePathResolver
 
 from lodbench.datasets_gen import files, gltf
-from lodbench.datasets_gen.formats import CHAIN_WRITERS, WRITERS
+from lodbench.datasets_gen.formats import CHAIN_WRITERS, PART_WRITERS, WRITERS
 from lodbench.datasets_gen.names import FOLDERS
 from lodbench.datasets_gen.obj import parse_obj
 from lodbench.datasets_gen.order import welded
@@ -121,6 +121,15 @@ def chain_bytes(levels: Sequence[TriangleMesh], suffix: str) -> bytes | None:
         return None
     with _quiet():
         return write(levels)
+
+
+def parts_bytes(parts: Mapping[str, TriangleMesh], suffix: str) -> bytes | None:
+    """One file of that suffix with all parts by name; None where the format holds one mesh alone."""
+    write = PART_WRITERS.get(suffix.lower())
+    if write is None:
+        return None
+    with _quiet():
+        return write(parts)
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:

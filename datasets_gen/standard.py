@@ -117,6 +117,7 @@ NURBS: dict[str, tuple[Callable[[], NurbsModel], str]] = {
     "rational_ball": (nurbs.ball, "1 rational surface 2 x 2: an exact sphere"),
     "rational_torus": (nurbs.torus, "1 rational surface 2 x 2: an exact torus"),
     "mixed_degrees": (nurbs.mixed_degrees, "7 rational surfaces of degrees 1 to 7"),
+    "bicubic_12": (partial(nurbs.quilt, 1, 1, 9), "1 bicubic surface of 12 x 12 control points"),
     "quilt_4": (partial(nurbs.quilt, 2, 2, 8), "4 bicubic surfaces, 256 knot spans"),
     "killeroo_standin": (nurbs.body, "in place of killeroo: 88 bicubic surfaces, closed"),
 }

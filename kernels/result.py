@@ -63,6 +63,7 @@ class Result:
         setup, frame: where the time went, seconds by stage.
         level_maps: one for each level of a chain but the last: (n,) uint32, the vertex of the next level for each of
             its vertices, 0xFFFFFFFF where there is none.
+        parts: a mesh for each part of the input that has a name, by that, where the method keeps them apart.
     """
 
     mesh: TriangleMesh
@@ -72,6 +73,7 @@ class Result:
     setup: Timeline = field(default_factory=Timeline)
     frame: Timeline = field(default_factory=Timeline)
     level_maps: tuple[NDArray[np.uint32], ...] = ()
+    parts: Mapping[str, TriangleMesh] = field(default_factory=dict)
 
     def to(self, given: Any) -> Any:
         """The mesh as an object of the kind of `given`: see `outputs.as_given`.

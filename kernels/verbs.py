@@ -15,7 +15,7 @@ VERBS = ("simplify", "refine", "tessellate")
 PREFERRED = {
     "simplify": ("auto", "quadric_clustering", "quadtree_lod"),
     "refine": ("pattern",),
-    "tessellate": ("vst",),
+    "tessellate": ("vst", "uniform_nurbs"),
 }
 """Where no method is named, the first of these that takes the surface."""
 

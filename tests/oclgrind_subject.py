@@ -165,7 +165,7 @@ def run_system(device, name):
         if made.mesh.triangle_count > 16:
             failed.append(f"simplify: {made.mesh.triangle_count} triangles, 16 asked for")
         if hasattr(next(iter(system.cases.values())), "remove_duplicates"):
-            simplify(device, icosphere(0), target_count=16, remove_duplicates=True)
+            simplify(device, icosphere(0), target_count=16, remove_duplicates=True, manifold=True)
         if name == "quadric_clustering":
             simplify(device, plane(3), target_count=10, border="keep")
     return failed, skipped

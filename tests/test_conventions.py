@@ -45,6 +45,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "kernels/common/lattice_walk.cl": "kernels/refine/test_pattern.py",
     "harness/baselines/host.py": "test_every_system.py",
     "harness/baselines/igl_mesh.py": "harness/baselines/test_subdivision.py",
+    "harness/baselines/nurbs.py": "harness/baselines/test_numpy_nurbs.py",
     "harness/baselines/simplifier.py": "harness/baselines/test_peers.py",
     "harness/baselines/vtk_mesh.py": "harness/baselines/test_peers.py",
     "harness/doctor/opencl.py": "harness/doctor/test_examine.py",
@@ -55,6 +56,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/report/table_view.py": "harness/report/test_page.py",
     # commands, through the shell
     "harness/cli/datasets.py": "harness/cli/test_app.py",
+    "harness/cli/guard.py": "harness/report/test_guard.py",
     "harness/cli/lists.py": "harness/cli/test_app.py",
     "harness/cli/measure.py": "harness/cli/test_app.py",
     "harness/cli/mesh.py": "harness/cli/test_files.py",
@@ -73,6 +75,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/tables/gmr05_path.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_st_mesh.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_pn.py": "harness/tables/test_gmr05.py",
+    "harness/tables/nurbs_grids.py": "harness/tables/test_nurbs.py",
     "harness/tables/rc13_2_1.py": "harness/tables/test_rc13.py",
     "harness/tables/rc13_3_1.py": "harness/tables/test_rc13.py",
     "harness/tables/rc13_3_18_3_19.py": "harness/tables/test_rc13.py",

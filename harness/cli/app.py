@@ -84,6 +84,7 @@ def _register() -> None:
         "image",
         "measure",
         "records",
+        "guard",
         "datasets",
     ):
         import_module(f"lodbench.harness.cli.{part}")

@@ -17,7 +17,7 @@ PATHS = ("turntable", "orbit", "fly_through")
 DISPLACEMENTS = ("sine", "perlin", "turbulence")
 RAISING = (".cl", ".png", ".npy")
 MODES = ("coarse_to_fine", "cmcf", "ray")
-MESHES = (*names.FOLDERS["meshes"], *names.FOLDERS["bezier"])
+MESHES = (*names.FOLDERS["meshes"], *names.FOLDERS["bezier"], *names.FOLDERS["nurbs"])
 
 
 def _folder(package: str) -> Path:

@@ -194,6 +194,20 @@ class MeshTarget(Target):
         self.write(read.mesh_bytes(mesh, self.suffix))
         return self.lost(source, set(self.carried(mesh)), json_output)
 
+    def write_parts(
+        self, parts: Mapping[str, Any], mesh: Any, source: Source, json_output: bool = False
+    ) -> list[str]:
+        """Write the parts by name where there are several and the format has such, else the mesh; returns what
+        `lost` says.
+        """
+        from lodbench.datasets_gen import read
+
+        whole = read.parts_bytes(parts, self.suffix) if len(parts) > 1 else None
+        if whole is None:
+            return self.write_mesh(mesh, source, json_output)
+        self.write(whole)
+        return self.lost(source, set(self.carried(mesh)), json_output)
+
     def write_chain(
         self, levels: Sequence[Any], source: Source, json_output: bool = False
     ) -> tuple[list[Path], list[str]]:

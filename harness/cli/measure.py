@@ -18,6 +18,7 @@ from lodbench.harness.cli.options import (
     FilterOption,
     JsonOption,
     OutOption,
+    PrecisionOption,
     QuietOption,
     ResumeOption,
     SamplesOption,
@@ -47,6 +48,7 @@ def measure(
     out: Path | None,
     resume: bool,
     samples: int | None,
+    precision: float | None,
     time_budget: float | None,
     keep: str | None,
     seed: int,
@@ -57,6 +59,7 @@ def measure(
     """Measure these tables' groups into one run folder; returns it and what the time budget did not suffice for."""
     from lodbench.harness.measure import limits
     from lodbench.harness.measure.run import Session
+    from lodbench.harness.measure.timing import NARROW
     from lodbench.harness.record.folder import open_folder
     from lodbench.harness.record.record import read_run
     from lodbench.harness.record.samples import pack
@@ -71,10 +74,15 @@ def measure(
     for _, group in work:
         group.validate()
     device = Device.open(device_name)
-    options = {"samples": samples, "time_budget": time_budget, "quick": quick, **options}
+    options = {
+        "samples": samples, "precision": precision, "time_budget": time_budget, "quick": quick, **options,
+    }  # fmt: skip
     folder = open_folder(device, options, out=out, resume=resume, seed=seed)
     with records_kept(folder):
-        session = Session(device, folder, samples=samples, time_budget_s=time_budget, seed=seed)
+        session = Session(
+            device, folder, samples=samples, time_budget_s=time_budget, seed=seed,
+            precision=NARROW if precision is None else precision,
+        )  # fmt: skip
         try:
             if read_run(folder).limits is None:
                 session.note("limits", **vars(limits.measure(device)))
@@ -135,6 +143,7 @@ def run(
     device: DeviceOption = None,
     out: OutOption = None,
     samples: SamplesOption = None,
+    precision: PrecisionOption = None,
     time_budget: BudgetOption = None,
     keep: FilterOption = None,
     resume: ResumeOption = False,
@@ -165,7 +174,7 @@ def run(
             hint(probably)
     _sweep(
         sweep.with_files(spec, Path()), out, json_output, device_name=device, resume=resume, samples=samples,
-        time_budget=time_budget, keep=keep, seed=seed, quiet=quiet,
+        precision=precision, time_budget=time_budget, keep=keep, seed=seed, quiet=quiet,
     )  # fmt: skip
 
 
@@ -175,6 +184,7 @@ def sweep_command(
     device: DeviceOption = None,
     out: OutOption = None,
     samples: SamplesOption = None,
+    precision: PrecisionOption = None,
     time_budget: BudgetOption = None,
     keep: FilterOption = None,
     resume: ResumeOption = False,
@@ -198,7 +208,7 @@ def sweep_command(
 
     _sweep(
         sweep.read(file), out, json_output, device_name=device, resume=resume, samples=samples,
-        time_budget=time_budget, keep=keep, seed=seed, quiet=quiet,
+        precision=precision, time_budget=time_budget, keep=keep, seed=seed, quiet=quiet,
     )  # fmt: skip
 
 
@@ -209,6 +219,7 @@ def reproduce(
     device: DeviceOption = None,
     out: OutOption = None,
     samples: SamplesOption = None,
+    precision: PrecisionOption = None,
     time_budget: BudgetOption = None,
     keep: FilterOption = None,
     resume: ResumeOption = False,
@@ -226,7 +237,7 @@ def reproduce(
     chosen = [table(name) for name in names] if names else list(tables().values())
     folder, left_out = measure(
         chosen, device_name=device, out=out, resume=resume, samples=samples,
-        time_budget=time_budget, keep=keep, seed=seed, quick=quick, quiet=quiet, options={},
+        precision=precision, time_budget=time_budget, keep=keep, seed=seed, quick=quick, quiet=quiet, options={},
     )  # fmt: skip
     with records_kept(folder):
         made = derive.write_tables(folder)

@@ -25,6 +25,13 @@ SamplesOption = Annotated[
     int | None,
     typer.Option("--samples", min=1, help="Samples per subject; default 10 or more, 3 over 2 s."),
 ]
+PrecisionOption = Annotated[
+    float | None,
+    typer.Option(
+        "--precision", min=0.0, max=1.0,
+        help="Share to which ratios are to be known before sampling ends; default 0.05, 0: never mind.",
+    ),
+]  # fmt: skip
 BudgetOption = Annotated[
     float | None,
     typer.Option("--time-budget", min=0.0, help="Seconds to measure for; --resume goes on."),

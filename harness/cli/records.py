@@ -102,13 +102,14 @@ def compare(
     b: Annotated[Path, typer.Argument(metavar="B", help="The run in question.")],
     threshold: Annotated[
         float, typer.Option("--threshold", min=0.0, help="A slowdown below this share is none.")
-    ] = 0.10,
+    ] = 0.05,
     keep: FilterOption = None,
     json_output: JsonOption = False,
 ) -> None:
     """Match two runs row by row; exit code 1 where B is slower, fails, is worse, or has other rows.
 
-    Slower: beyond threshold and noise. Worse: error, topology or the number of triangles.
+    Slower: beyond threshold, and surer the more rows there are, so that of twenty comparisons of the same code one at
+    the most says so. Worse: error, topology or the number of triangles.
 
     Example: lodbench compare run_a run_b
     """
@@ -127,5 +128,9 @@ def compare(
             if row["verdict"] in comparison.WORSE:
                 names = " ".join(str(row[key]) for key in ("table", "group", "system"))
                 say(f"{row['verdict']}: {names}: {row['why']}")
+        if found["too_few"]:
+            say(
+                f"{found['too_few']} rows have too few samples for a word on time: see --precision, --samples of run"
+            )
         say(f"{found['regressions']} regressions or unmatched in {len(found['rows'])} rows")
     raise typer.Exit(1 if found["regressions"] else 0)

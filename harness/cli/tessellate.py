@@ -1,7 +1,8 @@
-"""The command that makes triangles of Bezier patches: tessellate."""
+"""The command that makes triangles of curved surfaces: tessellate."""
 
 from __future__ import annotations
 
+import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,7 +11,7 @@ import typer
 
 from lodbench.harness.cli import complete
 from lodbench.harness.cli.app import app
-from lodbench.harness.cli.files import FormatOption, MeshTarget, OutArgument, Source
+from lodbench.harness.cli.files import STANDARD, FormatOption, MeshTarget, OutArgument, Source
 from lodbench.harness.cli.options import (
     DeviceOption,
     JsonOption,
@@ -18,19 +19,31 @@ from lodbench.harness.cli.options import (
     QuietOption,
     parameters,
 )
+from lodbench.harness.cli.output import say
 
 
-def _patches(path: Path) -> Any:
-    """The patches of a file, or of a dataset where there is none of that name."""
-    from lodbench.datasets_gen import catalogue
-    from lodbench.datasets_gen.patches import read_patches
-    from lodbench.datasets_gen.surfaces import BezierPatches
+def _curved(path: Path) -> Any:
+    """The surfaces of a file, patches on standard input, or a dataset where there is no file of that name."""
+    from lodbench.datasets_gen import catalogue, nurbs_files, patches
+    from lodbench.datasets_gen.read import FileError
+    from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel
 
+    if str(path) == STANDARD:
+        if sys.stdin.isatty():
+            raise ValueError("IN: expected patches on standard input, got a terminal")
+        return patches.parse_patches(sys.stdin.buffer.read(), "<stdin>")
     if path.exists() or path.suffix or len(path.parts) > 1:
-        return read_patches(path)
+        suffix = path.suffix.lower()
+        if suffix in nurbs_files.SUFFIXES:
+            return nurbs_files.read_nurbs(path)
+        if suffix in patches.SUFFIXES:
+            return patches.read_patches(path)
+        known = " ".join((*patches.SUFFIXES, *nurbs_files.SUFFIXES))
+        raise FileError(f"{path}: expected a suffix of {known}, got {path.suffix!r}")
     surface = catalogue.load(str(path)).surface
-    if not isinstance(surface, BezierPatches):
-        raise ValueError(f"IN: expected Bezier patches, got {type(surface).__name__} of {path}")
+    if not isinstance(surface, BezierPatches | NurbsModel):
+        got = f"{type(surface).__name__} of {path}"
+        raise ValueError(f"IN: expected Bezier patches or NURBS surfaces, got {got}")
     return surface
 
 
@@ -41,13 +54,24 @@ def tessellate(
         typer.Argument(
             metavar="IN",
             autocompletion=complete.datasets,
-            help="Bicubic Bezier patches: BPT, NPZ with `patches` (n, 4, 4, 3), or a dataset's name.",
+            help="Bicubic Bezier patches: BPT, NPZ with `patches` (n, 4, 4, 3), or - for standard input; NURBS "
+            "surfaces: IGES, STEP, JSON; or a dataset's name.",
         ),
     ],
     out: OutArgument,
     level: Annotated[
-        int, typer.Option("--level", "-n", help="2^level segments along each side of a patch.")
+        int,
+        typer.Option(
+            "--level", "-n", help="2^level segments along each side of a patch or surface."
+        ),
     ] = 4,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            "--tolerance",
+            help="In place of a level: largest distance to NURBS surfaces, as a share of the box's diagonal.",
+        ),
+    ] = None,
     method: Annotated[
         str | None,
         typer.Option(
@@ -57,31 +81,60 @@ def tessellate(
             help="A system with this verb; default: the first that takes the surface.",
         ),
     ] = None,
+    view: Annotated[
+        str | None,
+        typer.Option(
+            "--view",
+            help="AZIMUTH,ELEVATION as of render's --camera, or X,Y,Z of an eye: each patch as fine as it needs, up to "
+            "--level; -s pixels=8 is how long a segment may be.",
+        ),
+    ] = None,
     settings: OwnOption = None,
-    weld: Annotated[bool, typer.Option(help="Share the points on borders between patches.")] = True,
+    weld: Annotated[bool, typer.Option(help="Share the points on borders.")] = True,
     form: FormatOption = None,
     device: DeviceOption = None,
     json_output: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Triangles of Bezier patches, with normals.
+    """Triangles of Bezier patches or NURBS surfaces, with normals; surfaces are named parts of a GLB or glTF.
 
     Example: lodbench tessellate pot_32 pot.glb --level 4
+
+    Seen from there: lodbench tessellate pot_32 near.glb --level 6 --view 30,20
     """
+    from lodbench.datasets_gen.finest import finest
+    from lodbench.datasets_gen.surfaces import BezierPatches
+    from lodbench.harness.cli.warp import view_of
     from lodbench.kernels import Device, tessellate_surface
 
     target = MeshTarget(out, form)
     target.check()
-    patches = _patches(source)
+    surface = _curved(source)
+    for note in getattr(surface, "notes", ()):
+        say(f"note: {source}: {note}", err=True)
+    near = {} if tolerance is None else {"tolerance": tolerance}
     opened = Device.open(device)
     started = time.perf_counter()
+    options: dict[str, Any] = {}
+    if view:
+        if not isinstance(surface, BezierPatches):
+            raise ValueError(f"--view: expected Bezier patches, got {type(surface).__name__}")
+        options["view"] = view_of(view, finest(surface))
     result = tessellate_surface(
-        opened, patches, level=level, method=method, weld=weld, **parameters(settings)
+        opened,
+        surface,
+        level=level,
+        method=method,
+        weld=weld,
+        **near,
+        **options,
+        **parameters(settings),
     )
-    target.write_mesh(result.mesh, Source(patches), json_output)
+    target.write_parts(result.parts, result.mesh, Source(surface), json_output)
+    what = "patches" if "patches" in result.counters else "surfaces"
     facts = {
         "out": out,
-        "patches": len(patches.points),
+        what: result.counters[what],
         "triangles_out": result.mesh.triangle_count,
         "vertices_out": result.mesh.vertex_count,
         "carried": target.carried(result.mesh),
@@ -92,6 +145,6 @@ def tessellate(
         target.say_json(facts)
     elif not quiet:
         target.say(
-            f"{out}: {facts['patches']:,} patches -> {facts['triangles_out']:,} triangles, "
+            f"{out}: {facts[what]:,} {what} -> {facts['triangles_out']:,} triangles, "
             f"{facts['vertices_out']:,} points, {facts['wall_s']:.2f} s"
         )

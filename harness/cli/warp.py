@@ -28,7 +28,7 @@ def warping(
         form = "X,Y,Z,RADIUS,WEIGHT"
         options["regions"] = tuple(_numbers("region", text, (5,), form) for text in regions)
     if view is not None:
-        options["view"] = _view(view, surface)
+        options["view"] = view_of(view, surface)
     if function is not None:
         options["warp"] = text_of(function)
     return options
@@ -44,7 +44,12 @@ def _numbers(option: str, text: str, counts: tuple[int, ...], form: str) -> tupl
     return found
 
 
-def _view(text: str, surface: Any) -> Any:
+def view_of(text: str, surface: Any) -> Any:
+    """What `--view` sees of a mesh: AZIMUTH,ELEVATION of an eye that sees the whole, or X,Y,Z of one.
+
+    Raises:
+        ValueError: neither, no mesh, or an eye in its middle.
+    """
     from lodbench.datasets_gen.surfaces import TriangleMesh
     from lodbench.kernels.render import mesh_view
     from lodbench.kernels.stages.camera import look_at

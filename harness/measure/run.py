@@ -21,7 +21,7 @@ from lodbench.harness.measure.budget import Budget
 from lodbench.harness.measure.judge import Judge
 from lodbench.harness.measure.moves import Moves
 from lodbench.harness.measure.progress import Progress
-from lodbench.harness.measure.timing import OtherLoad, interleave, take
+from lodbench.harness.measure.timing import NARROW, OtherLoad, interleave, take
 from lodbench.harness.measure.trial import Trial
 from lodbench.harness.plan.group import Group
 from lodbench.harness.record.record import Writer, attempts, config_hash, plain
@@ -41,6 +41,7 @@ class Session:
         device: where device subjects run; host subjects may use as many threads as it has compute units.
         folder: the run's folder, with its `run.json` written.
         samples: counted samples per subject, or None for the protocol's own number.
+        precision: without such a number, sampling goes on until ratios are known to this share: see `interleave`.
         time_budget_s: counted from here on. Sampling is cut to share what is left; no group is begun that would not
             fit, by what those before it took, and one for which it runs out is given up: on resume it is measured anew.
             A call that is under way is waited for.
@@ -55,15 +56,20 @@ class Session:
         samples: int | None = None,
         time_budget_s: float | None = None,
         seed: int = 0,
+        precision: float = NARROW,
     ) -> None:
         self.device, self.folder, self.seed = device, folder, seed
-        self._samples = samples
+        self._samples, self._precision = samples, precision
         self._budget = Budget(math.inf if time_budget_s is None else time_budget_s)
         self._one_core: Device | None = None
         self._writer = Writer(folder)
         self._ended, self._begun = attempts(folder)
         self._last = ""
         self._judge = Judge()
+
+    @property
+    def _sampling(self) -> dict[str, Any]:
+        return {"samples": self._samples, "narrow": self._precision}
 
     def close(self) -> None:
         """Close the record."""
@@ -109,6 +115,7 @@ class Session:
         """All that decides what is measured."""
         return {
             "table": table, "device": self.device.slug, "samples": self._samples, "seed": self.seed,
+            **({} if self._precision == NARROW else {"precision": self._precision}),
             **group.config(),
         }  # fmt: skip
 
@@ -185,7 +192,7 @@ class Session:
         gc.collect()
         progress.step("sample")
         others = OtherLoad()
-        for sample in interleave(frames, firsts, samples=self._samples, budget=budget):
+        for sample in interleave(frames, firsts, **self._sampling, budget=budget):
             record("sample", **plain(sample))
         self._whole_frames(group, surface, trials, record, progress, budget)
         others_share = others.share()
@@ -231,7 +238,7 @@ class Session:
         firsts = {name: take(name, frame, 0, warmup=True) for name, frame in frames.items()}
         seconds = {name: first.wall_s for name, first in firsts.items() if first is not None}
         frames = {name: frames[name] for name in seconds}
-        for sample in interleave(frames, seconds, samples=self._samples, budget=budget):
+        for sample in interleave(frames, seconds, **self._sampling, budget=budget):
             if not sample.warmup:
                 record("frame", **plain(sample))
 

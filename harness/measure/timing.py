@@ -15,6 +15,7 @@ import numpy as np
 import psutil
 
 from lodbench.harness.measure.budget import Budget
+from lodbench.harness.measure.precision import half_width
 from lodbench.harness.record.environment import load_average
 from lodbench.kernels.opencl import Timeline
 
@@ -22,6 +23,11 @@ WARMUPS = 3  # turns before the first counted sample, for subjects under SLOW_S
 SAMPLES = 10  # the least number of counted samples of such a subject
 MOST_SAMPLES = 40  # quick subjects take more, until this many or QUICK_S of their own time
 QUICK_S = 0.6
+NARROW = 0.05  # relative half-width of a ratio's interval at which sampling may end
+MORE_S = (
+    1.0  # that a group may take for that beyond its quotas, where no time budget says otherwise
+)
+MOST_TURNS = 200  # in which it does
 SLOW_S, SLOW_SAMPLES = 2.0, 3
 VERY_SLOW_S = 30.0  # one sample, and no warm-up of its own
 
@@ -91,8 +97,11 @@ def interleave(
     *,
     samples: int | None = None,
     budget: Budget | None = None,
+    narrow: float = 0.0,
 ) -> Iterator[Sample]:
     """Samples of all subjects in turns A B A B ..., each as soon as it is taken.
+
+    Once all have their number, those go on whose ratio to the first subject, turn by turn, is not known well enough.
 
     Args:
         frames: one call per subject that runs one frame and waits for it; one that returns None takes no more turns.
@@ -100,6 +109,9 @@ def interleave(
             frame counts as the first warm-up, and as the only sample of a subject over 30 s.
         samples: counted samples per subject; None takes at least 10, more of quick subjects.
         budget: no new turn that would not fit, by each subject's last frame, once every subject has a counted sample.
+        narrow: the half-width, relative to it, of a ratio's 95 % interval that is good enough. Sampling goes on for it
+            through 200 turns at most, as long as the budget lasts; without one, or with one that has no end, for a
+            second. 0, or an exact number of samples, takes no more.
 
     Turn 0 is the first frame, which the caller has run.
     """
@@ -108,6 +120,7 @@ def interleave(
     offset = max((warmups for warmups, _ in quotas.values()), default=0)
     most = max((n for _, n in quotas.values()), default=0)
     last_s = dict(first_s)
+    taken: dict[str, dict[int, float]] = {name: {} for name in frames}
     for turn in range(1, offset + most):
         counted = turn >= offset
         needed = sum(last_s[name] for name, (_, n) in quotas.items() if turn < offset + n)
@@ -120,7 +133,59 @@ def interleave(
                     del quotas[name]
                 else:
                     last_s[name] = sample.wall_s
+                    if counted:
+                        taken[name][turn] = sample.wall_s
                     yield sample
+    if narrow > 0 and samples is None and quotas:
+        left = {name: frames[name] for name in quotas}
+        yield from _go_on(left, taken, offset + most, narrow, budget)
+
+
+def _go_on(
+    frames: Mapping[str, Frames],
+    taken: dict[str, dict[int, float]],
+    turn: int,
+    narrow: float,
+    budget: Budget | None,
+) -> Iterator[Sample]:
+    """Turns, from `turn` on, of the first subject and of those whose ratio to it is not known well enough.
+
+    Args:
+        frames: the subjects that may take more; those whose next sample does not fit into what time is left do not.
+        taken: subject -> turn -> wall seconds of the counted samples so far; grows.
+        turn: the next.
+        narrow: the half-width that is good enough.
+        budget: of the group; it is not cut by what is left undone here.
+    """
+    limit = budget if budget is not None and budget.seconds < float("inf") else Budget(MORE_S)
+    first = next(iter(frames))
+    for number in range(turn, turn + MOST_TURNS):
+        wide = [
+            name for name in frames
+            if (name != first or len(frames) == 1) and _width(taken[first], taken[name]) > narrow
+        ]  # fmt: skip
+        wide.sort(key=lambda name: min(taken[name].values(), default=0.0))
+        while wide and sum(_last(taken[name]) for name in {first, *wide}) > limit.left:
+            wide.pop()  # the slowest
+        if not wide:
+            return
+        for name in (name for name in frames if name in {first, *wide}):
+            sample = take(name, frames[name], number, warmup=False)
+            if sample is None:
+                return
+            taken[name][number] = sample.wall_s
+            yield sample
+
+
+def _last(walls: Mapping[int, float]) -> float:
+    return [*walls.values()][-1] if walls else 0.0
+
+
+def _width(first: Mapping[int, float], other: Mapping[int, float]) -> float:
+    """Relative half-width of the interval of a subject's ratio to the first; of its own median where it is that."""
+    if other is first:
+        return half_width(list(first.values()))
+    return half_width([s / max(first[turn], 1e-12) for turn, s in other.items() if turn in first])
 
 
 class PeakMemory:

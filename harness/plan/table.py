@@ -116,6 +116,7 @@ WALL_COLUMNS = (
     Column("wall_s_min", "least wall", "s"),
     Column("wall_s_lower", "lower quartile", "s"),
     Column("wall_s_upper", "upper quartile", "s"),
+    Column("wall_error", "median within ±", "1"),
     Column("samples", "n"),
 )
 FRAME_COLUMNS = (

@@ -59,7 +59,7 @@ ROWS: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 RUN_FIELDS: dict[str, Any] = {
     "schema": int, "started": str, "commit": NAME, "seed": int, "slug?": str, "resumed?": [str],
-    "options": {"samples?": _Count, "time_budget?": _Number, "sweep?": (dict, type(None))},
+    "options": {"samples?": _Count, "precision?": _Number, "time_budget?": _Number, "sweep?": (dict, type(None))},
     "device": {"name": str, "platform": str, "kind": str, "compute_units?": _Count},
     "machine": {"cpu?": _Text}, "packages?": {"*": _Text}, "variables?": {"*": str},
 }  # fmt: skip

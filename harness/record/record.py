@@ -118,6 +118,7 @@ class GroupRecord:
     facts: dict[str, Any]
     config: dict[str, Any]
     others: float = 0.0
+    seconds: float = 0.0
     subjects: dict[str, SubjectRecord] = field(default_factory=dict)
 
 
@@ -201,7 +202,7 @@ def read_run(folder: Path) -> RunRecord:
 
 def _add(group: GroupRecord, row: dict[str, Any]) -> None:
     if row["kind"] == "end":
-        group.others = row["others"]
+        group.others, group.seconds = row["others"], row.get("seconds") or 0.0
         return
     label = row["subject"]
     subject = group.subjects.setdefault(label, SubjectRecord(label))

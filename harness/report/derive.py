@@ -77,9 +77,11 @@ def reasons(made: dict[str, Any]) -> list[str]:
     found: dict[tuple[str, str], list[str]] = {}
     for row in made["rows"]:
         who = f"{row.get('dataset') or ''} {row.get('system')}".strip()
-        for reason in filter(None, re.split("; (?=no ratio to )", row["reason"] or "")):
+        for reason in filter(None, re.split("; (?=no ratio to |too few )", row["reason"] or "")):
             lacks = reason.startswith("no ratio to ")
             key = ("no ratio", reason[len("no ratio ") :]) if lacks else (row["status"], reason)
+            if reason.startswith("too few "):
+                key = ("no interval", reason)
             found.setdefault(key, []).append(who)
     noisy = [key for key in found if key[0] == "noisy"]
     rest = len(noisy) > MOST_NOISE

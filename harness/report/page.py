@@ -184,9 +184,11 @@ def _images(folder: Path) -> list[dict[str, str]]:
 
 def _noise() -> str:
     return (
-        f"the median is uncertain by more than {statistics.NOISY_MEDIAN:.0%}, other processes took more than "
-        f"{statistics.NOISY_OTHERS:.0%} of the machine, or a quarter of the samples got less than "
-        f"{statistics.NOISY_CPU:.0%} of the usual CPU time."
+        f"the median may be off by more than {statistics.NOISY:.0%}, and believing it costs what its reason says: by "
+        "chance, as far as its 95% interval reaches; or, where other processes took more than "
+        f"{statistics.NOISY_OTHERS:.0%} of the machine or a quarter of the samples got less than "
+        f"{statistics.NOISY_CPU:.0%} of the usual CPU time, as much as it took longer than the least "
+        f"sample; where others took more than {statistics.MOST_OTHERS:.0%}, nobody knows."
     ).replace("%", " %")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterable
 from typing import Any
 
+from lodbench.harness.measure.precision import ENOUGH
 from lodbench.harness.record.record import GroupRecord, SubjectRecord
 from lodbench.harness.report.statistics import Ratio, noise, paired_ratio, unpaired_ratio
 
@@ -64,10 +65,12 @@ def ratios(
         any_count: labels of subjects that stand in a ratio whatever they leave, because that is the comparison.
 
     Returns:
-        The columns of `ratio_columns`; with the row's `reason` where counts are too unlike for one.
+        The columns of `ratio_columns`; with the row's `reason` where counts are too unlike for one, or samples too few
+        for its interval.
     """
     row: dict[str, Any] = {}
     unlike: dict[Any, list[str]] = {}
+    few: dict[int, list[str]] = {}
     for name in baselines:
         other = group.subjects.get(name)
         ratio = None
@@ -77,14 +80,20 @@ def ratios(
                 ratio = paired_ratio(theirs, ours, seed)
                 if ratio is None:  # a subject over 30 s has one sample, in a turn of its own
                     ratio = unpaired_ratio(list(theirs.values()), list(ours.values()), seed)
+                if ratio is not None and ratio.few:
+                    few.setdefault(ratio.n, []).append(name)
             else:
                 unlike.setdefault(other.counters["triangles"], []).append(name)
         row |= interval(f"ratio_to_{name}", ratio)
-    if unlike:
-        left = subject.counters["triangles"]
+    if unlike or few:
+        left = subject.counters.get("triangles")
         words = [
             f"no ratio to {', '.join(names)}: {left:,} triangles against {count:,}"
             for count, names in unlike.items()
+        ]
+        words += [
+            f"too few samples for an interval of the ratio to {', '.join(names)}: {n} of {ENOUGH}"
+            for n, names in few.items()
         ]
         row["reason"] = "; ".join(filter(None, (verdict(group, subject)[1], *words)))
     return row

@@ -8,6 +8,7 @@ counters and params by their names, the group's facts over them; dataset, triang
 triangles_out, vertices_out, cells      what came out, and the grid that was asked for or found
 wall_s, wall_s_min, _lower, _upper, samples, stage_fps      of the counted samples
 wall_s_low, wall_s_high                 95 % interval of the median wall_s; None with fewer than 6 samples
+wall_error                              how far its farther end is from the median, as a share of it
 stage_s, <stage>_s                      device seconds, of all stages and of each
 frame_s, frame_s_lower, _upper, frames, frame_fps           whole frames, drawn
 steps, least_fps, most_fps, most_triangles, least_triangles, most_moved along a camera path
@@ -33,7 +34,7 @@ from lodbench.harness.measure.precision import median_interval
 from lodbench.harness.plan.table import QUALITY_COLUMNS, Entry, Row, Table
 from lodbench.harness.record.record import GroupRecord, RunRecord, SubjectRecord
 from lodbench.harness.report.ratios import frame_ratios, ratios, verdict
-from lodbench.harness.report.statistics import log_slope, summary
+from lodbench.harness.report.statistics import log_slope, off, summary
 from lodbench.kernels.system import Traffic
 
 
@@ -73,6 +74,7 @@ def _times(subject: SubjectRecord) -> Row:
     row["wall_s_lower"] = wall.lower if wall else None
     row["wall_s_upper"] = wall.upper if wall else None
     row["wall_s_low"], row["wall_s_high"] = median_interval(list(subject.wall_s.values()))
+    row["wall_error"] = off(list(subject.wall_s.values()))
     row["samples"] = wall.n if wall else 0
     row["stage_fps"] = 1 / wall.median if wall and wall.median else None
     row["stage_s"] = stages.median if stages else None

@@ -20,8 +20,8 @@ SCALES = {
 }
 MOST_ON_PAPER = 14  # columns of a landscape page
 LESS = (  # what paper can do without, in this order; the screen and the files have all of it
-    "wall_s_min", "samples", "frames", "frame_s", "vertices_out", "rms_error_back", "flipped_triangles", "stored_bytes",
-    "first_launch_s", "stage_s", "batches", "open_edges", "triangles_per_s", "vertices_per_s",
+    "wall_s_min", "wall_error", "samples", "frames", "frame_s", "vertices_out", "rms_error_back", "flipped_triangles",
+    "stored_bytes", "first_launch_s", "stage_s", "batches", "open_edges", "triangles_per_s", "vertices_per_s",
 )  # fmt: skip
 FACTORS = {"×10⁻³": 1e-3, "×10⁻⁶": 1e-6}
 

@@ -27,7 +27,7 @@ TABLE = Table(
     title="Triangles of adaptive tessellations",
     source="Concheiro 2013, tables 4.1 and 4.2, whose values were not at hand",
     groups=groups,
-    own=lambda entry: shared.own(entry) | {"adapts": KINDS[entry.subject.system]},
+    own=lambda entry: {**shared.own(entry), "adapts": KINDS[entry.subject.system]},
     columns=(
         Column("scene", "scene", brief=True),
         Column("dataset", "dataset"),

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from lodbench.datasets_gen.nurbs_surface import NurbsSurface
 from lodbench.datasets_gen.surfaces import (
     BezierPatches,
     GeometryImage,
@@ -67,10 +66,6 @@ def test_with_normals_of_a_vertex_without_area_points_up():
 def test_other_surfaces_name_what_is_wrong():
     with pytest.raises(ValueError, match=r"points: expected \(n, 4, 4, 3\)"):
         BezierPatches(np.zeros((2, 3, 3, 3)))
-    with pytest.raises(ValueError, match="knots_u: expected 4 finite, non-decreasing knots"):
-        NurbsSurface(1, 1, [0, 1, 0, 1], [0, 0, 1, 1], np.zeros((2, 2, 3)), np.ones((2, 2)))
-    with pytest.raises(ValueError, match="positive weights"):
-        NurbsSurface(1, 1, [0, 0, 1, 1], [0, 0, 1, 1], np.zeros((2, 2, 3)), np.zeros((2, 2)))
     with pytest.raises(ValueError, match=r"positions: expected \(2\^n \+ 1"):
         GeometryImage(np.zeros((4, 4, 3)), np.zeros((4, 4, 3)))
     with pytest.raises(ValueError, match="normals: expected shape"):

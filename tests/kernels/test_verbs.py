@@ -38,6 +38,8 @@ def test_surface_decides_where_no_method_is_named():
     assert verbs.method("simplify", None, mesh) is systems()["auto"].verbs["simplify"]
     assert verbs.method("simplify", None, square) is systems()["quadtree_lod"].verbs["simplify"]
     assert verbs.method("tessellate", None, cup()) is systems()["vst"].verbs["tessellate"]
+    preferred = systems()["uniform_nurbs"]
+    assert verbs.method("tessellate", None, ball()) is preferred.verbs["tessellate"]
     assert verbs.method("refine", None, mesh) is systems()["pattern"].verbs["refine"]
 
 
@@ -50,12 +52,14 @@ def test_what_no_system_does_is_said_in_one_line():
         verbs.method("refine", "vertex_average", icosphere(1))
     with pytest.raises(TypeError, match="expected quadtree_lod for a GeometryImage, got vertex_av"):
         verbs.method("simplify", "vertex_average", image())
+    with pytest.raises(TypeError, match="method: expected uniform_nurbs for a NurbsModel, got vst"):
+        verbs.method("tessellate", "vst", ball())
     with pytest.raises(
         TypeError, match="tessellate: expected a surface that some system takes, got"
     ):
-        verbs.method("tessellate", None, ball())
+        verbs.method("tessellate", None, icosphere(1))
     with pytest.raises(TypeError, match="tessellate: expected a surface that some system takes"):
-        tessellate(ball())
+        tessellate(icosphere(1))
 
 
 @pytest.mark.parametrize("name", [name for name, system in systems().items() if system.cases])

@@ -13,21 +13,21 @@ reconstruction.
 from __future__ import annotations
 
 from lodbench.datasets_gen.surfaces import BezierPatches
-from lodbench.kernels.bezier.gst.host import Gst
+from lodbench.kernels.bezier.gst.host import Gst, gst
 from lodbench.kernels.bezier.gst.params import Params
 from lodbench.kernels.bezier.tessellating import tessellator
 from lodbench.kernels.system import System
 
 __all__ = ["Gst", "Params", "SYSTEM", "tessellate"]
 
-tessellate = tessellator(Gst, Params)
+tessellate = tessellator(gst, Params)
 
 SYSTEM = System(
     name="gst",
     family="bezier",
     source="Concheiro 2013, chapter 2; GRAPP 2010",
     takes=(BezierPatches,),
-    prepare=Gst,
+    prepare=gst,
     cases={
         "level_4": Params(4),
         "level_2": Params(2),
@@ -36,6 +36,7 @@ SYSTEM = System(
         "none_5": Params(5, reuse="none"),
         "positions_5": Params(5, normals=False),
         "positions_zone_5": Params(5, normals=False, reuse="zone"),
+        "screen_5": Params(5, by="screen"),
         "positions_none_5": Params(5, normals=False, reuse="none"),
     },
     verbs={"tessellate": tessellate},

@@ -4,6 +4,8 @@
 //           the middle of the map are a reconstruction
 // Work      1-D, one item per zone of each patch
 // Reads     controls   float[64 * patches]  as bezier/patch.cl has it
+//           levels     uint [patches]       of the patches, where each has its own
+//           offsets    uint [patches]       and where its vertices begin
 // Writes    positions  float[3 * vertices]  packed; zone after zone, each as bezier/gst/zones.py has it
 //           normals    float[3 * vertices]  packed, unit length; nothing where NORMALS is 0
 // Needs     bezier/gst/sample.cl
@@ -48,26 +50,13 @@ static inline void gst_borders(
     }
 }
 
-__kernel void gst_geometry(
-    __global const float *restrict controls,
-    __global float *restrict positions,
-    __global float *restrict normals,
-    const uint segments,
-    const uint zone_count)
+// the zone whose first cell is (i, j)
+static inline void gst_zone(BEZIER_OUT float *points, BEZIER_OUT float *directions, const bezier_patch *patch,
+    const uint i, const uint j, const uint segments)
 {
-    const uint zone = get_global_id(0);
-    if (zone >= zone_count) return;
-
-    const uint across = segments / ZONE_COLUMNS, each = across * (segments / ZONE_ROWS);
-    const uint i = zone % each / across * ZONE_ROWS, j = zone % across * ZONE_COLUMNS;
     const float step = 1.0f / (float)segments;
-    __global const float *c = controls + CONTROL_FLOATS * (size_t)(zone / each);
-    bezier_patch patch;
-    bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
-    BEZIER_BEGIN(points, ZONE, positions + 3 * (size_t)zone * ZONE);
-    BEZIER_BEGIN(directions, NORMALS ? ZONE : 1, normals + (NORMALS ? 3 * (size_t)zone * ZONE : 0));
     gst_surface surface;
-    gst_surface_of(&surface, &patch);
+    gst_surface_of(&surface, patch);
     gst_strip strip;
     gst_strip_begin(&strip, &surface, (float)i * step - 0.5f);
     for (uint s = 0; s < ZONE_ROWS; ++s) {
@@ -87,15 +76,59 @@ __kernel void gst_geometry(
                 vstore8(is_bad, 0, bad);
                 for (uint k = 0; k < 8 && l + k < STRIP; ++k) {
                     const float u = (float)(i + s + 1 - (k & 1)) * step, v = (float)(j + (l + k) / 2) * step;
-                    if (bad[k]) vstore3(bezier_unit((float3)(0.0f), &patch, u, v), at + k, directions);
+                    if (bad[k]) vstore3(bezier_unit((float3)(0.0f), patch, u, v), at + k, directions);
                 }
             }
 #endif
         }
     }
-    gst_borders(points, &patch, i, j, segments, step);
+    gst_borders(points, patch, i, j, segments, step);
+}
+
+__kernel void gst_geometry(
+    __global const float *restrict controls,
+    __global float *restrict positions,
+    __global float *restrict normals,
+    const uint segments,
+    const uint zone_count)
+{
+    const uint zone = get_global_id(0);
+    if (zone >= zone_count) return;
+
+    const uint across = segments / ZONE_COLUMNS, each = across * (segments / ZONE_ROWS);
+    const uint i = zone % each / across * ZONE_ROWS, j = zone % across * ZONE_COLUMNS;
+    __global const float *c = controls + CONTROL_FLOATS * (size_t)(zone / each);
+    bezier_patch patch;
+    bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
+    BEZIER_BEGIN(points, ZONE, positions + 3 * (size_t)zone * ZONE);
+    BEZIER_BEGIN(directions, NORMALS ? ZONE : 1, normals + (NORMALS ? 3 * (size_t)zone * ZONE : 0));
+    gst_zone(points, directions, &patch, i, j, segments);
     BEZIER_END(points, ZONE, positions + 3 * (size_t)zone * ZONE);
 #if NORMALS
     BEZIER_END(directions, ZONE, normals + 3 * (size_t)zone * ZONE);
+#endif
+}
+
+// the patches of this many segments, each where its vertices begin
+__kernel void gst_geometry_levels(
+    __global const float *restrict controls,
+    __global const uint *restrict levels,
+    __global const uint *restrict offsets,
+    __global float *restrict positions,
+    __global float *restrict normals,
+    const uint level,
+    const uint patch_count)
+{
+    const uint segments = 1u << level, across = segments / ZONE_COLUMNS, each = across * (segments / ZONE_ROWS);
+    const uint p = get_global_id(0) / each, zone = get_global_id(0) % each;
+    if (p >= patch_count || levels[p] != level) return;
+
+    __global const float *c = controls + CONTROL_FLOATS * (size_t)p;
+    bezier_patch patch;
+    bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
+#if !STREAMING
+    const size_t first = 3 * ((size_t)offsets[p] + zone * ZONE);
+    const uint i = zone / across * ZONE_ROWS, j = zone % across * ZONE_COLUMNS;
+    gst_zone(positions + first, normals + (NORMALS ? first : 0), &patch, i, j, segments);
 #endif
 }

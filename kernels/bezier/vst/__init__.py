@@ -12,26 +12,27 @@ from __future__ import annotations
 
 from lodbench.datasets_gen.surfaces import BezierPatches
 from lodbench.kernels.bezier.tessellating import tessellator
-from lodbench.kernels.bezier.vst.host import Vst
+from lodbench.kernels.bezier.vst.host import Vst, vst
 from lodbench.kernels.bezier.vst.params import Params
 from lodbench.kernels.system import System
 
 __all__ = ["Params", "SYSTEM", "Vst", "tessellate"]
 
-tessellate = tessellator(Vst, Params)
+tessellate = tessellator(vst, Params)
 
 SYSTEM = System(
     name="vst",
     family="bezier",
     source="Concheiro 2013, chapter 2; GRAPP 2010",
     takes=(BezierPatches,),
-    prepare=Vst,
+    prepare=vst,
     cases={
         "level_4": Params(4),
         "level_2": Params(2),
         "level_5": Params(5),
         "level_7": Params(7),
         "positions_7": Params(7, normals=False),
+        "screen_5": Params(5, by="screen"),
     },
     verbs={"tessellate": tessellate},
 )

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from lodbench.datasets_gen.surfaces import BezierPatches
 from lodbench.kernels.bezier.arrangement import Arrangement
-from lodbench.kernels.bezier.lattice import lattice_triangles, side_vertices
+from lodbench.kernels.bezier.lattice import lattice_triangles, side_vertices, stored_map
+from lodbench.kernels.bezier.leveled import Leveled
 from lodbench.kernels.bezier.tessellated import CONTROL_FLOATS, Tessellated
 from lodbench.kernels.bezier.vst.params import Params
 from lodbench.kernels.launching import LINE, group_size, kernel_defines
-from lodbench.kernels.opencl import Device
+from lodbench.kernels.opencl import Device, Launch
 
 FLOPS = {False: 24, True: 75}  # of a vertex, counted from the kernel: without normals, and with
 
@@ -18,6 +21,24 @@ FLOPS = {False: 24, True: 75}  # of a vertex, counted from the kernel: without n
 def map_arrangement(level: int) -> Arrangement:
     """A patch's virtual vertices in order."""
     return Arrangement(np.arange(side_vertices(level) ** 2), lattice_triangles(level))
+
+
+def vst(device: Device, patches: BezierPatches, params: Params) -> Vst | Leveled:
+    """All patches at one level, or each at its own."""
+    if params.is_uniform:
+        return Vst(device, patches, params)
+    return Leveled(device, patches, params, map_arrangement, _of_level)
+
+
+def _of_level(own: Leveled, level: int) -> Iterator[Launch]:
+    weights = own.upload(f"map_{level}", stored_map(level), role="pattern")
+    blocks = -(-side_vertices(level) // 8)
+    program = own.device.build("bezier/vst/vertex.cl", defines=own.defines | {"CHUNK": 8})
+    yield program.launch(
+        "vst_vertex_levels", own.count * blocks, stage="vertex", local=group_size(own.device), map=weights,
+        controls=own.controls, levels=own.levels, offsets=own.offsets, positions=own.positions,
+        normals=own.normals, map_stride=weights.shape[1], level=level, blocks=blocks, patch_count=own.count,
+    )  # fmt: skip
 
 
 def row_chunk(side: int, most: int) -> int:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lodbench.kernels.bezier.params import BezierParams
+from lodbench.kernels.bezier.level_params import LeveledParams
 
 
 @dataclass(frozen=True)
-class Params(BezierParams):
+class Params(LeveledParams):
     """How finely to tessellate."""

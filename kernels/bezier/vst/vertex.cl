@@ -5,6 +5,8 @@
 //           the fastest
 // Reads     map        float[8 * map_stride]   as bezier/row.cl has it
 //           controls   float[64 * patches]     as bezier/patch.cl has it
+//           levels     uint [patches]          of the patches, where each has its own
+//           offsets    uint [patches]          and where its vertices begin
 // Writes    positions  float[3 * vertices]     packed; patch after patch
 //           normals    float[3 * vertices]     packed, unit length; nothing where NORMALS is 0
 // Needs     bezier/row.cl
@@ -40,5 +42,33 @@ __kernel void vst_vertex(
     BEZIER_END(points, count, positions + 3 * first);
 #if NORMALS
     BEZIER_END(directions, count, normals + 3 * first);
+#endif
+}
+
+// the patches that have this level, each where its vertices begin
+__kernel void vst_vertex_levels(
+    __global const float *restrict map,
+    __global const float *restrict controls,
+    __global const uint *restrict levels,
+    __global const uint *restrict offsets,
+    __global float *restrict positions,
+    __global float *restrict normals,
+    const uint map_stride,
+    const uint level,
+    const uint blocks, // of rows, of a patch
+    const uint patch_count)
+{
+    const uint p = get_global_id(0) / blocks;
+    if (p >= patch_count || levels[p] != level) return;
+
+    const bezier_map weights = {map, map_stride};
+    const uint side = (1u << level) + 1, vertex = get_global_id(0) % blocks * BEZIER_ROWS * side;
+    const size_t first = offsets[p] + vertex;
+    __global const float *c = controls + CONTROL_FLOATS * (size_t)p;
+    bezier_patch patch;
+    bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
+#if !STREAMING
+    const uint count = min(BEZIER_ROWS * side, side * side - vertex);
+    bezier_rows(positions + 3 * first, normals + (NORMALS ? 3 * first : 0), &patch, weights, vertex, count, side);
 #endif
 }

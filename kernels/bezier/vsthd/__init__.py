@@ -13,25 +13,28 @@ from __future__ import annotations
 
 from lodbench.datasets_gen.surfaces import BezierPatches
 from lodbench.kernels.bezier.tessellating import tessellator
-from lodbench.kernels.bezier.vsthd.host import Vsthd
+from lodbench.kernels.bezier.vsthd.host import Vsthd, vsthd
 from lodbench.kernels.bezier.vsthd.params import Params
 from lodbench.kernels.system import System
 
 __all__ = ["Params", "SYSTEM", "Vsthd", "tessellate"]
 
-tessellate = tessellator(Vsthd, Params)
+tessellate = tessellator(vsthd, Params)
 
 SYSTEM = System(
     name="vsthd",
     family="bezier",
     source="Concheiro 2013, chapter 5; WSCG 2013",
     takes=(BezierPatches,),
-    prepare=Vsthd,
+    prepare=vsthd,
     cases={
         "uniform_3": Params(3),
         "texture_3": Params(3, memory="texture"),
         "global_3": Params(3, memory="global"),
         "uniform_15": Params(3, surfaces_per_draw=15),
+        "screen_4": Params(4, by="screen"),
+        "texture_screen_3": Params(3, by="screen", memory="texture"),
+        "global_screen_3": Params(3, by="screen", memory="global"),
         "positions_3": Params(3, normals=False),
     },
     verbs={"tessellate": tessellate},

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from lodbench.kernels.bezier.params import BezierParams
+from lodbench.kernels.bezier.level_params import LeveledParams
 from lodbench.kernels.parameters import Range
 
 
 @dataclass(frozen=True)
-class Params(BezierParams):
+class Params(LeveledParams):
     """How finely to tessellate, how many patches at a time, and where their control points lie.
 
     Attributes:

@@ -7,6 +7,8 @@
 //           uniforms   float[64 * N_d]         as bezier/patch.cl has it, of the draw's patches
 //           texels     image[16 * patches]     the same as a texture, a row for each patch
 //           controls   float[64 * patches]     the same of all patches
+//           levels     uint [patches]          of the patches, where each has its own
+//           offsets    uint [patches]          and where its vertices begin
 // Writes    positions  float[3 * vertices]     packed; patch after patch
 //           normals    float[3 * vertices]     packed, unit length; nothing where NORMALS is 0
 // Needs     bezier/row.cl
@@ -30,6 +32,18 @@ __constant sampler_t vsthd_texel = CLK_NORMALIZED_COORDS_FALSE | CLK_ADDRESS_CLA
         done += bezier_rows(                                                                                           \
             points + 3 * done, directions + (NORMALS ? 3 * done : 0), &patch, weights, vertex, count - done, side);    \
     }
+
+// the same of the patches that have this level, each where its vertices begin
+#define VSTHD_LEVELS(PATCH)                                                                                            \
+    const uint side = (1u << level) + 1, k = get_global_id(0) / blocks;                                                \
+    if (k >= patch_count || levels[first_patch + k] != level) return;                                                  \
+    const bezier_map weights = {map, map_stride};                                                                      \
+    const uint vertex = get_global_id(0) % blocks * BEZIER_ROWS * side;                                                \
+    const uint count = min(BEZIER_ROWS * side, side * side - vertex);                                                  \
+    const size_t first = 3 * ((size_t)offsets[first_patch + k] + vertex);                                              \
+    bezier_patch patch;                                                                                                \
+    bezier_patch_of(&patch, PATCH(k, 0), PATCH(k, 1), PATCH(k, 2), PATCH(k, 3));                                       \
+    bezier_rows(positions + first, normals + (NORMALS ? first : 0), &patch, weights, vertex, count, side);
 
 #define IN_UNIFORMS(k, row) vload16(4 * (k) + row, uniforms)
 #define IN_CONTROLS(k, row) vload16(4 * (size_t)(first_patch + (k)) + row, controls)
@@ -74,4 +88,52 @@ __kernel void vsthd_vertex_global(
     const uint vertex_count) // of the draw
 {
     VSTHD_DRAW(IN_CONTROLS)
+}
+
+__kernel void vsthd_levels_uniform(
+    __global const float *restrict map,
+    __constant float *uniforms,
+    __global const uint *restrict levels,
+    __global const uint *restrict offsets,
+    __global float *restrict positions,
+    __global float *restrict normals,
+    const uint map_stride,
+    const uint level,
+    const uint blocks, // of rows, of a patch
+    const uint first_patch,
+    const uint patch_count) // of the draw
+{
+    VSTHD_LEVELS(IN_UNIFORMS)
+}
+
+__kernel void vsthd_levels_texture(
+    __global const float *restrict map,
+    read_only image2d_t texels,
+    __global const uint *restrict levels,
+    __global const uint *restrict offsets,
+    __global float *restrict positions,
+    __global float *restrict normals,
+    const uint map_stride,
+    const uint level,
+    const uint blocks, // of rows, of a patch
+    const uint first_patch,
+    const uint patch_count) // of the draw
+{
+    VSTHD_LEVELS(IN_TEXELS)
+}
+
+__kernel void vsthd_levels_global(
+    __global const float *restrict map,
+    __global const float *restrict controls,
+    __global const uint *restrict levels,
+    __global const uint *restrict offsets,
+    __global float *restrict positions,
+    __global float *restrict normals,
+    const uint map_stride,
+    const uint level,
+    const uint blocks, // of rows, of a patch
+    const uint first_patch,
+    const uint patch_count) // of the draw
+{
+    VSTHD_LEVELS(IN_CONTROLS)
 }

@@ -18,7 +18,8 @@ In **rounds**, the form for GPUs, every edge has its cost in every round. One go
 neighbours costs less, and where it costs no more than a quantile of all: then no triangle touches two that go, so that
 the order does not matter. What a vertex has is its ring: for each of its triangles the next and the previous corner.
 Winners join two rings, and between rounds vertices and rings are copied to the front of a second set of buffers. An
-edge whose rings did not change keeps its cost, or that it may not go. The last round takes the cheapest of its winners.
+edge whose rings did not change keeps its cost, or that it may not go; where they changed, one that was far above the
+quantile is not asked again yet. The last round takes the cheapest of its winners.
 
 `collapses` gives the collapses in a valid order, and `replay` any level of detail out of these.
 
@@ -32,8 +33,9 @@ armadillo_86k, rocker_arm, mountain_od and a sphere, those of rounds on fandisk,
 from __future__ import annotations
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse, prepare
+from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse
 from lodbench.kernels.cluster.edge_collapse.params import Params
+from lodbench.kernels.cluster.edge_collapse.prepare import prepare
 from lodbench.kernels.cluster.edge_collapse.replay import Collapses, collapses, replay
 from lodbench.kernels.cluster.edge_collapse.simplify import simplify
 from lodbench.kernels.system import System

@@ -8,9 +8,6 @@
 // Needs     cluster/edge_collapse/edges.cl cluster/edge_collapse/queue.cl
 // Defines   BLOCK (cluster/edge_collapse/block.cl)
 
-#define LEVELLED 0.5f // of the volume
-#define FOLDED 0.1f   // square of the share of the area that is left of it where normals are added up
-
 // would a triangle at u turn by more than the limit, with u at p? Those with v go; those without area may do as they like
 INLINE bool collapse_turns(const Block *b, const uint u, const uint v, const float3 p, const float limit)
 {

@@ -9,6 +9,8 @@
 #define RIDGE 1e-6f  // of the trace: what a flat sum is solved with
 #define TIE 1e-6f    // times trace times length^2: among equals, the short edge first
 #define LEAST 1e-30f // a trace below it has no direction
+#define LEVELLED 0.5f // of the volume that a collapse would take is made up for
+#define FOLDED 0.1f   // square of the share of the area that is left of it where normals are added up
 
 #define INLINE static inline __attribute__((always_inline))
 

@@ -1,4 +1,7 @@
-"""Edge collapse on the device: the mesh as it shrinks, sweep by sweep."""
+"""Edge collapse on the device: the mesh as it shrinks, sweep by sweep.
+
+Long because all arguments of the kernels are set here.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.edge_collapse.curve import hilbert
 from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.edge_collapse.sweeps import (
@@ -20,9 +22,8 @@ from lodbench.kernels.cluster.edge_collapse.sweeps import (
     sweeps,
 )
 from lodbench.kernels.cluster.edge_collapse.verdict import verdict
-from lodbench.kernels.cluster.unchanged import Unchanged
 from lodbench.kernels.cluster.upload import Upload
-from lodbench.kernels.opencl import Device, Launch, Timeline
+from lodbench.kernels.opencl import Launch, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local, map_count
 from lodbench.kernels.subject import POINT, WORD, DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface
@@ -58,7 +59,11 @@ class EdgeCollapse(DeviceSubject):
     Attributes:
         target: triangles that may be left.
         mesh: what is simplified.
+        files, defines: what its kernels are built of.
     """
+
+    files = FILES
+    defines: Mapping[str, int] = {"BLOCK": CAPACITY}
 
     def __init__(
         self,
@@ -263,40 +268,3 @@ class EdgeCollapse(DeviceSubject):
     def check(self) -> Check:
         """See `verdict`."""
         return verdict(self)  # pyright: ignore[reportArgumentType]
-
-
-def prepare(
-    device: Device,
-    mesh: TriangleMesh,
-    params: Params,
-    locked: NDArray[np.bool_] | None = None,
-    recorded: bool = False,
-) -> EdgeCollapse | Unchanged:
-    """The mesh uploaded and a frame ready to run; the mesh itself where all of its triangles may stay.
-
-    Args:
-        device: where it runs.
-        mesh: what is simplified.
-        params: how far, and how.
-        locked: (n,), vertices that stay where they are.
-        recorded: note the collapses, for `replay.py`.
-
-    Raises:
-        Unsupported: no room on the device.
-    """
-    upload = Upload(device, mesh)
-    target = params.left(mesh.triangle_count)
-    if target >= mesh.triangle_count:
-        counters = {
-            "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
-            **missed(target, mesh.triangle_count),
-        }  # fmt: skip
-        setup = upload.setup
-        return Unchanged(device, mesh, upload.positions, upload.triangles, setup, counters)
-    if params.form_on(device.is_cpu) == "rounds":
-        from lodbench.kernels.cluster.edge_collapse import rounds  # derives from what is here
-
-        return rounds.prepare(upload, params, target, locked, recorded)  # pyright: ignore[reportReturnType]
-    with upload.setup.host("build"):
-        upload.program = device.build(*FILES, defines={"BLOCK": CAPACITY})
-    return EdgeCollapse(upload, params, target, locked, recorded)

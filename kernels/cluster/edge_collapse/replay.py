@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Floats, Indices, TriangleMesh
-from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse, prepare
+from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse
 from lodbench.kernels.cluster.edge_collapse.params import Params
+from lodbench.kernels.cluster.edge_collapse.prepare import prepare
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import Range, check
 from lodbench.kernels.system import run

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lodbench.kernels.cluster.edge_collapse.host import BINS, EdgeCollapse
-from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.opencl import Buffer, Launch, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
@@ -40,15 +39,17 @@ class Rounds(EdgeCollapse):
     ids         uint  [vertices]           the vertex of the mesh
     starts      uint  [vertices + 1]       of the rings
     ring        uint  [2 * corners]        next, previous vertex of each triangle at a vertex
-    costs       float [corners]            of the edge to the next one
+    costs       float [corners + 8]        of the edge to the next one
     rim_costs   float [vertices]           of the edge that comes over the border
     ```
 
     Attributes:
-        limit: rounds at most, for tests.
+        most_rounds: of a frame, for tests.
     """
 
-    limit = MOST
+    files = FILES
+    defines: Mapping[str, int] = {"MANY": 64}
+    most_rounds = MOST
 
     def _sweeps(self, upload: Upload) -> None:
         """Rounds are enqueued while a frame runs: how many there will be the mesh tells."""
@@ -61,7 +62,7 @@ class Rounds(EdgeCollapse):
                 "ids": make("ids", n, np.uint32),
                 "starts": make("starts", n + 1, np.uint32),
                 "ring": make("ring", (3 * m, 2), np.uint32),
-                "costs": make("costs", 3 * m, np.float32),
+                "costs": make("costs", 3 * m + 8, np.float32),
                 "rim_costs": make("rim_costs", n, np.float32),
             }
             for _ in range(2)
@@ -86,6 +87,11 @@ class Rounds(EdgeCollapse):
             "points": self.points, "rows": self.rows, "parents": self.parents, "state": self.state,
             "block_live": self.block_live, "sequence": self.sequence, "moves": self.moves,
         }  # fmt: skip
+        self._shared |= {
+            "limits": make("limits", 1, np.float32),
+            "held": make("held", (1, 8), np.float32),
+        }
+        self._more = {"limited": 0, "holding": 0}
         self.fill("setup", self._shared["totals"], 0)
         self.add(self._round("ends_begin", 0, vertex_count=n))
         self.add(self._round("compact_sum", 0, target=self.target))
@@ -108,19 +114,20 @@ class Rounds(EdgeCollapse):
             "border_weight": params.border_weight, "keep_border": int(params.preserve_border),
             "crease": params.crease_cosine,
         }  # fmt: skip
-        best = self._round("geometry_best", generation)
         launches = [
             self._round("vertex_quadrics", generation, **held),
             self._round("geometry_costs", generation),
-            self._round("geometry_plan", generation, least=SHARE),
+            self._round("geometry_plan", generation, least=SHARE, patient=self._more["limited"]),
         ]
-        going = {"target": self.target, "recorded": int(self._recorded)}
+        aim = {"target": self.target}
         for number in range(PASSES):
             turn = {"pass": number}
             launches += [
-                best,
-                self._round("select_edges", generation, turn_limit=cosine * cosine, **turn),
-                self._round("apply_winners", generation, **turn, **going),
+                self._round("geometry_best", generation, **turn),
+                self._round("select_edges", generation, turn_limit=cosine * cosine, **turn, **aim),
+                self._round(
+                    "apply_winners", generation, recorded=int(self._recorded), **turn, **aim
+                ),
             ]
         return [
             *launches,
@@ -134,7 +141,7 @@ class Rounds(EdgeCollapse):
         old, new = self._made[generation], self._made[1 - generation]
         known: dict[str, Any] = {
             **self._shared, **old, **{f"new_{name}": buffer for name, buffer in new.items()},
-            "generation": generation, "chunk_count": self._chunks, **arguments,
+            "generation": generation, "chunk_count": self._chunks, **self._more, **arguments,
         }  # fmt: skip
         name = f"edge_collapse_rounds_{kernel}"
         wanted = [parameter.name for parameter in self._program.kernels[name]]
@@ -153,8 +160,8 @@ class Rounds(EdgeCollapse):
         share = max(self.target, 1) / max(self._triangles, 1)
         planned = max(int(math.log(share) / math.log(1 - RATE)), MORE)
         done, rounds = False, 0
-        while not done and rounds < self.limit:
-            for _ in range(min(planned, self.limit - rounds)):
+        while not done and rounds < self.most_rounds:
+            for _ in range(min(planned, self.most_rounds - rounds)):
                 for launch in self._rounds[rounds % 2]:
                     launch(timeline)
                 rounds += 1
@@ -162,16 +169,3 @@ class Rounds(EdgeCollapse):
             done = bool(self.device.read(self.state)[DONE])
         for step in self._enqueued[self._before :]:
             step.enqueue(timeline)
-
-
-def prepare(
-    upload: Upload,
-    params: Params,
-    target: int,
-    locked: NDArray[np.bool_] | None,
-    recorded: bool,
-) -> Rounds:
-    """As `host.prepare` does, in rounds."""
-    with upload.setup.host("build"):
-        upload.program = upload.device.build(*FILES)
-    return Rounds(upload, params, target, locked, recorded)

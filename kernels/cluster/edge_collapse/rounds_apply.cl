@@ -12,11 +12,13 @@
 // Writes    places        float4[vertices]
 //           degrees       uint[vertices]
 //           absorbed      uint[vertices]
-//           touched       uchar[vertices]           1: its ring changed
+//           touched       uchar[vertices]           CHANGED
 //           points        float4[vertex_count]      as the blocks leave them
 //           parents       uint[vertex_count]
 //           sequence      uint4[vertex_count]       round, pass, cost, vertex
 //           moves         float4[vertex_count]
+//           limits        float[vertex_count]       where limited: the least of all that went to a vertex
+//           held          float8[vertex_count]      where attributes count: the sum of these
 //           state         uint[16]
 // Needs     cluster/edge_collapse/rounds_link.cl
 // Plain     cluster/edge_collapse/rounds_reference.py
@@ -35,7 +37,7 @@ INLINE void apply_touch(__global const uint2 *restrict ring, const uint2 range, 
 {
     for (uint e = range.x; e < range.y; ++e) {
         const uint2 w = ring[e];
-        touched[w.x] = touched[w.y] = 1; // by others too, all of them alike
+        touched[w.x] = touched[w.y] = CHANGED; // by others too, all of them alike
         if (first && (w.x == other || w.y == other)) atomic_dec(degrees + (w.x == other ? w.y : w.x));
     }
 }
@@ -56,7 +58,11 @@ __kernel void edge_collapse_rounds_apply_winners(
     __global uint *restrict parents,
     __global uint4 *restrict sequence,
     __global float4 *restrict moves,
+    __global float *restrict limits,
+    __global float8 *restrict held,
     __global uint *restrict state,
+    const uint limited,
+    const uint holding,
     const uint target,
     const uint recorded,
     const uint pass,
@@ -67,9 +73,7 @@ __kernel void edge_collapse_rounds_apply_winners(
     if (chunk >= chunk_count || state[DONE]) return;
 
     const uint count = state[VERTICES + generation];
-    uint live = state[LIVE];
-    for (uint i = 0; i < pass; ++i) live -= state[GONE + i];
-    const uint2 cuts_at = apply_cut(cuts + pass * BINS, live > target ? live - target + 1 & ~1u : 0);
+    const uint2 cuts_at = apply_cut(cuts + pass * BINS, ring_most(state, target, pass));
     const uint cut = cuts_at.x, left = cuts_at.y;
     uint before = 0, gone = 0, collapses = 0; // triangles at the cut's bin, in the order of vertices
     for (uint c = 0; cut < BINS && c < chunk; ++c) {
@@ -95,6 +99,8 @@ __kernel void edge_collapse_rounds_apply_winners(
         points[to].xyz = spot.xyz;
         points[from].w = 0.0f;
         parents[from] = to;
+        if (limited) limits[to] = fmin(limits[to], limits[from]);
+        if (holding) held[to] += held[from];
         if (recorded) {
             sequence[from] = (uint4)(state[SWEEPS], pass, edge.w, from);
             moves[from] = (float4)(spot.xyz, edge.z);

@@ -26,10 +26,8 @@ __kernel void edge_collapse_rounds_compact_sum(
 {
     const uint chunk = get_global_id(0);
     if (chunk >= chunk_count || state[DONE]) return;
-    uint live = state[LIVE];
-    for (uint i = 0; i < PASSES; ++i) live -= state[GONE + i];
     // others may see this already: all that follows is of no use then
-    if (chunk == 0 && live <= target) atomic_or(state + DONE, 1u);
+    if (chunk == 0 && !ring_most(state, target, PASSES)) atomic_or(state + DONE, 1u);
 
     const uint2 range = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
     uint2 sum = (uint2)(0, 0);
@@ -71,7 +69,12 @@ __kernel void edge_collapse_rounds_compact_number(
         new_ids[at.x] = ids[v];
         new_starts[at.x] = at.y;
         cursors[at.x] = at.y;
-        new_rim_costs[at.x] = rim == NONE || touched[v] || touched[rim] ? STALE : rim_costs[v];
+        float cost = STALE;
+        if (rim != NONE) {
+            const bool joined = gone != NONE || absorbed[rim] != NONE || degrees[rim] == 0;
+            cost = ring_cost(rim_costs[v], (touched[v] | touched[rim]) & CHANGED, joined);
+        }
+        new_rim_costs[at.x] = cost;
         at += (uint2)(1, degree);
     }
     if (chunk < chunk_count - 1) return;
@@ -108,7 +111,8 @@ __kernel void edge_collapse_rounds_compact_rings(
             for (uint e = starts[w]; e < starts[w + 1]; ++e) {
                 const uint2 old = ring[e], pair = (uint2)(numbers[old.x], numbers[old.y]);
                 if (pair.x == pair.y || pair.x == own || pair.y == own || at >= past) continue;
-                new_costs[at] = touched[v] | touched[old.x] ? STALE : costs[e];
+                const bool joined = absorbed[v] != NONE || absorbed[old.x] != NONE || degrees[old.x] == 0;
+                new_costs[at] = ring_cost(costs[e], (touched[v] | touched[old.x]) & CHANGED, joined);
                 new_ring[at++] = pair;
             }
         for (; at < past; ++at) { // none is missing in a manifold

@@ -45,7 +45,7 @@ __kernel void edge_collapse_rounds_ends_begin(
         ids[v] = v;
         degrees[v] = (uint)(locked ? p.w - LOCKED : p.w);
         absorbed[v] = rims[v] = NONE;
-        touched[v] = 1;
+        touched[v] = CHANGED;
     }
     if (chunk == 0) {
         state[VERTICES] = vertex_count;

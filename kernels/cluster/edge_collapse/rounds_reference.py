@@ -37,6 +37,7 @@ def one_round(surface: Surface, threshold: float, passes: int) -> list[list[Coll
         result.append([])
         for u, v in winners(surface, costs, best):
             _, merged = merge(surface.quadrics[u], surface.quadrics[v])
+            merged = surface.levelled(u, v, merged)
             if not surface.keeps_surface(u, v) or surface.turns(u, v, merged.p):
                 del costs[u, v]
                 continue

@@ -10,8 +10,11 @@
 //           kinds         uchar[vertices]
 //           rims          uint[vertices]
 //           best          uint2[vertices]
+//           ids           uint[vertices]            the vertex of the mesh
+//           limits        float[vertex_count]       where limited: of the root of what a collapse costs there in the mean
 // Writes    costs         float[corners]            INFINITY where the edge may not go, until its rings change
 //           rim_costs     float[vertices]
+//           touched       uchar[vertices]           REFUSED
 //           winners       uint4[vertices]           of each chunk at the front of its room: both ends, triangles, cost
 //           spots         float4[vertices]          where the vertex then lies
 //           winner_count  uint[chunk_count]
@@ -46,16 +49,21 @@ INLINE void select_ban(__global const uint2 *restrict ring, const uint2 range, _
     if (rims[u] == v) rim_costs[u] = INFINITY;
 }
 
-// where two vertices meet
-INLINE float3 select_place(__global const float4 *restrict places, __global const float8 *restrict planes, const uint u,
-    const uint v)
+// the sum of two vertices' quadrics where they meet
+INLINE void select_merge(__global const float4 *restrict places, __global const float8 *restrict planes, const uint u,
+    const uint v, Quadrics *merged)
 {
     const uint one[8] = {u, u, u, u, u, u, u, u}, two[8] = {v, v, v, v, v, v, v, v};
-    Quadrics a, b, merged;
+    Quadrics a, b;
     ring_quadrics(planes, places, one, &a);
     ring_quadrics(planes, places, two, &b);
-    quadric_merge(&a, &b, &merged);
-    return (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
+    quadric_merge(&a, &b, merged);
+}
+
+// does the collapse cost more in the mean than the square of the limit?
+INLINE bool select_strays(const Quadrics *merged, const float limit)
+{
+    return merged->c.s0 > limit * limit * (merged->xx.s0 + merged->yy.s0 + merged->zz.s0);
 }
 
 __kernel void edge_collapse_rounds_select_edges(
@@ -66,14 +74,19 @@ __kernel void edge_collapse_rounds_select_edges(
     __global const uchar *restrict kinds,
     __global const uint *restrict rims,
     __global const uint2 *restrict best,
+    __global const uint *restrict ids,
+    __global const float *restrict limits,
     __global float *restrict costs,
     __global float *restrict rim_costs,
+    __global uchar *restrict touched,
     __global uint4 *restrict winners,
     __global float4 *restrict spots,
     __global uint *restrict winner_count,
     __global uint *restrict cuts,
     __global uint *restrict state,
     const float turn_limit, // square of the cosine
+    const uint limited,
+    const uint target,
     const uint pass,
     const uint generation,
     const uint chunk_count)
@@ -82,6 +95,8 @@ __kernel void edge_collapse_rounds_select_edges(
     if (chunk >= chunk_count || state[DONE]) return;
 
     const uint2 rows = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
+    const uint most = ring_most(state, target, pass);
+    const float limit = state[STUBBORN] ? 0.0f : turn_limit;
     uint at = rows.x, tried = 0;
     for (uint u = rows.x; u < rows.y; ++u) {
         const uint cost = best[u].x, v = best[u].y;
@@ -92,9 +107,18 @@ __kernel void edge_collapse_rounds_select_edges(
             continue;
         ++tried;
         const uint gone = link_gone(starts, ring, u, v, rim_u, rim_v);
-        const float3 place = gone ? select_place(places, planes, u, v) : (float3)(0.0f);
-        if (!gone || link_turns(places, ring, one, places[u].xyz, v, place, turn_limit)
-            || link_turns(places, ring, two, places[v].xyz, u, place, turn_limit)) {
+        float3 place = 0.0f;
+        bool strays = false;
+        if (gone) {
+            Quadrics merged;
+            select_merge(places, planes, u, v, &merged);
+            link_level(places, starts, ring, u, v, &merged);
+            place = (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
+            strays = limited && select_strays(&merged, fmin(limits[ids[u]], limits[ids[v]]));
+        }
+        if (!gone || gone > most || strays || link_turns(places, ring, one, places[u].xyz, v, place, limit)
+            || link_turns(places, ring, two, places[v].xyz, u, place, limit)) {
+            touched[u] = touched[v] = REFUSED;
             select_ban(ring, one, rims, u, v, costs, rim_costs);
             select_ban(ring, two, rims, v, u, costs, rim_costs);
             continue;

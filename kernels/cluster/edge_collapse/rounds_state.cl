@@ -7,15 +7,19 @@
 // Needs     common/chunk.cl common/transpose.cl cluster/edge_collapse/state.cl cluster/edge_collapse/fragment.cl
 
 #define VERTICES 1  // and the word after it: of the two generations
+#define STUBBORN 7  // the round after which triangles may turn by up to 90 degrees, since a target is missed; 0: none
 #define TRIED 9     // edges that won in this round, whether they went or not
 #define SHARE 12    // a float's bits: of the edges that may go in this round
 #define GONE 13     // and two words after it: triangles that went in each pass of this round
 
 #define PASSES 3
 #define NONE 0xFFFFFFFFu
-#define STALE -1.0f  // a cost to be found anew; as bits it is above every cost
+#define STALE (-1e-37f) // a cost to be found anew, as all negative ones: as bits they are above every cost
+#define LAZY 2.0f     // what cost more than so many times the threshold need not be found anew yet
 #define RIM 1u       // kinds of vertices: on the border
 #define FIXED 2u     // it stays where it is
+#define CHANGED 1u   // what touched a vertex: its ring is another
+#define REFUSED 2u   // its least edge may not go
 
 // columns of eight records of four numbers, `stride` such records apart
 INLINE fours8 ring_columns(__global const float4 *restrict records, const uint stride, const uint *v)
@@ -45,4 +49,20 @@ INLINE bool ring_before(const uint a, const uint b, const uint c, const uint d)
     const uint hash = (low * 2654435761u ^ high) * 2246822519u, other = (other_low * 2654435761u ^ other_high) * 2246822519u;
     if (hash != other) return hash < other;
     return low != other_low ? low < other_low : high < other_high;
+}
+
+// an edge's cost after a round: kept where no ring changed, else kept as the one before, negative; to be found anew where
+// an end is `joined` from two, or where the edge was not allowed
+INLINE float ring_cost(const float cost, const bool changed, const bool joined)
+{
+    const float before = fabs(cost);
+    return !changed ? cost : joined || !(before < INFINITY) ? STALE : -before;
+}
+
+// triangles that may go before a pass of this round, an even number
+INLINE uint ring_most(__global const uint *restrict state, const uint target, const uint pass)
+{
+    uint live = state[LIVE];
+    for (uint i = 0; i < pass; ++i) live -= state[GONE + i];
+    return live > target ? live - target + 1 & ~1u : 0;
 }

@@ -5,13 +5,15 @@
 // Reads     places    float4[vertices]      x y z, locked
 //           starts    uint[vertices + 1]    of the vertices' rings
 //           ring      uint2[corners]        next, previous vertex of each triangle at a vertex
+//           ids       uint[vertices]        the vertex of the mesh
+//           held      float8[vertex_count]  where attributes count: quadrics besides those of planes; A, summed up
 //           state     uint[16]
 // Writes    planes    float8[vertices]      A as xx xy xz yy yz zz, two unused
 //           kinds     uchar[vertices]       RIM, FIXED
 //           rims      uint[vertices]        the neighbour over a border edge that comes to the vertex; NONE
 //           degrees   uint[vertices]        triangles
 //           absorbed  uint[vertices]        NONE: the vertex that went to it in this round
-//           touched   uchar[vertices]       0: did its ring change in this round?
+//           touched   uchar[vertices]       0: what touched it in this round
 // Needs     cluster/edge_collapse/rounds_state.cl
 // Plain     cluster/edge_collapse/rounds_reference.py
 
@@ -64,6 +66,8 @@ __kernel void edge_collapse_rounds_vertex_quadrics(
     __global const float4 *restrict places,
     __global const uint *restrict starts,
     __global const uint2 *restrict ring,
+    __global const uint *restrict ids,
+    __global const float8 *restrict held,
     __global const uint *restrict state,
     __global float8 *restrict planes,
     __global uchar *restrict kinds,
@@ -74,6 +78,7 @@ __kernel void edge_collapse_rounds_vertex_quadrics(
     const float border_weight,
     const uint keep_border,
     const float crease, // cosine; -1: none
+    const uint holding,
     const uint generation,
     const uint chunk_count)
 {
@@ -121,7 +126,7 @@ __kernel void edge_collapse_rounds_vertex_quadrics(
             uint rim = NONE;
             if (crease > -1.0f) vertex_creases(places, ring, range, place.xyz, border_weight, crease, plane + i);
             if (turn[i]) rim = vertex_border(places, ring, range, place.xyz, border_weight, plane + i);
-            planes[v] = plane[i];
+            planes[v] = holding ? plane[i] + held[ids[v]] : plane[i];
             kinds[v] = (turn[i] ? RIM : 0) | (place.w > 0.0f || (turn[i] && keep_border) ? FIXED : 0);
             rims[v] = rim;
             degrees[v] = count[i];

@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.attributes import carry, has_attributes
-from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse, prepare
+from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse
 from lodbench.kernels.cluster.edge_collapse.params import Params
+from lodbench.kernels.cluster.edge_collapse.prepare import prepare
 from lodbench.kernels.cluster.edge_collapse.seams import welded
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import check

@@ -13,7 +13,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster import octree, quadric_clustering
 from lodbench.kernels.cluster.clustering import Clustering
 from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse
-from lodbench.kernels.cluster.edge_collapse.host import prepare as edge_collapse
+from lodbench.kernels.cluster.edge_collapse.prepare import prepare as edge_collapse
 from lodbench.kernels.cluster.edge_collapse.verdict import verdict
 from lodbench.kernels.cluster.hybrid.joined import Joined, euler_but_border, joined
 from lodbench.kernels.cluster.hybrid.params import Params
@@ -153,7 +153,7 @@ class Hybrid(DeviceSubject):
         return {
             "vertices_in": self.mesh.vertex_count, "triangles_in": self.mesh.triangle_count,
             "first_triangles": first.mesh.triangle_count if first else self.mesh.triangle_count,
-            "first_singles": first.singles if first else self.mesh.vertex_count,
+            "first_apart": first.apart if first else self.mesh.vertex_count,
             "first_tries": self.tries, **more, **missed(self.target, self.live()[1]),
         }  # fmt: skip
 

@@ -1,9 +1,10 @@
 """A clustered mesh that is the surface it was: cells that would change it are taken apart into their vertices.
 
 Each vertex has a label, its cell's output vertex. Where the triangles around one are not one fan, the cell has joined
-what must stay apart: its vertices get labels of their own, and so do those of cells that no triangle uses, until every
-cell that is left is one fan. What comes out is closed where the input is, and manifold; what a cell can still hide,
-a handle within it, changes the number of vertices - edges + triangles, which is compared.
+what must stay apart: it is split in eight, and parts that are no fan either into their vertices, until every group that
+is left is one fan. Vertices of cells that no triangle uses are by themselves from the start. What comes out is closed
+where the input is, and manifold; what a cell can still hide, a handle within it, changes the number of vertices - edges
++ triangles, which is compared.
 
 Source: none, a reconstruction; the test is that of a combinatorial manifold.
 """
@@ -23,7 +24,8 @@ from lodbench.kernels.opencl import Buffer, Device, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 
 FILE = "cluster/hybrid/geometry.cl"
-ROUNDS = 30  # each takes some cells apart; two or three are the rule
+ROUNDS = 30  # each takes some cells apart; three or four are the rule
+Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -34,14 +36,14 @@ class Joined:
         mesh: positions and triangles; every vertex is used.
         vertex_map: (n,) its vertex of each input vertex, 0xFFFFFFFF where no triangle has it.
         sources: (m,) the input triangle of each triangle, ascending.
-        singles: vertices that stay by themselves.
+        apart: its vertices that are less than a cell.
         surface: around every vertex is one fan.
     """
 
     mesh: TriangleMesh
     vertex_map: NDArray[np.uint32]
     sources: NDArray[np.uint32]
-    singles: int
+    apart: int
     surface: bool
 
 
@@ -64,31 +66,101 @@ def joined(
         locked: (n,) vertices that stay by themselves.
     """
     cells = clustered.vertex_count
-    single = vertex_map == NO_VERTEX
-    if locked is not None:
-        single |= locked
-    left, rows = clustered.triangles, None
-    bad = troubled(device, left, cells) if locked is None else np.zeros(cells, bool)
-    own = np.flatnonzero(single)
-    surface = not bad.any()
+    groups = Groups(positions, clustered.positions, vertex_map)
+    groups.single(vertex_map == NO_VERTEX if locked is None else locked | (vertex_map == NO_VERTEX))
+    bad = troubled(device, clustered.triangles, cells)
     for _ in range(ROUNDS):
-        if bad.any():
-            single |= np.append(bad, False)[np.minimum(vertex_map, np.uint32(cells))]
-            own = np.flatnonzero(single)
-        labels = vertex_map.copy()
-        labels[own] = cells + np.arange(len(own), dtype=np.uint32)
-        left, rows = _join(device, triangles, labels)
-        found = _troubled_near(device, left, cells, cells + len(own))
-        bad, surface = found[:cells], not found.any()
+        groups.split(bad)
+        left, rows = _join(device, triangles, groups.labels)
+        found = _troubled_near(device, left, cells, groups.count)
+        bad = found & ~groups.whole
         if not bad.any():
             break
-    assert rows is not None
-    places = np.concatenate([clustered.positions, positions[own]])
-    used = np.zeros(len(places) + 1, bool)
+    used = np.zeros(groups.count + 1, bool)
     used[left.reshape(-1)] = True
     numbers = np.where(used, np.cumsum(used) - 1, NO_VERTEX).astype(np.uint32)
-    mesh = TriangleMesh.of_kernels(places[used[:-1]], numbers[left])
-    return Joined(mesh, numbers[labels], rows, len(own), surface)
+    mesh = TriangleMesh.of_kernels(groups.places()[used[:-1]], numbers[left])
+    return Joined(mesh, numbers[groups.labels], rows, groups.apart, not found.any())
+
+
+class Groups:
+    """Which vertices are one: those of a cell, or of a part of one.
+
+    Attributes:
+        labels: (n,) uint32, the group of each vertex.
+        whole: (groups,), it is known to be a single vertex.
+        apart: groups that are less than a cell.
+    """
+
+    def __init__(
+        self,
+        positions: NDArray[np.float32],
+        places: NDArray[np.float32],
+        vertex_map: NDArray[np.uint32],
+    ) -> None:
+        self.labels = vertex_map.copy()
+        self.whole = np.zeros(len(places), bool)
+        self.apart = 0
+        self._positions, self._places = positions, [places]
+        self._halved = np.zeros(len(places), bool)
+
+    @property
+    def count(self) -> int:
+        return len(self.whole)
+
+    def places(self) -> NDArray[np.float32]:
+        """Where the groups are, (count, 3): a cell's representative, or one of a part's own vertices."""
+        return np.concatenate(self._places)
+
+    def single(self, asked: NDArray[np.bool_]) -> None:
+        """Make groups of their own of these vertices, (n,)."""
+        self._add(np.flatnonzero(asked))
+
+    def split(self, bad: NDArray[np.bool_]) -> None:
+        """Split groups, (count,): a cell in eight by the middle of its vertices' box, a part into its vertices."""
+        if not bad.any():
+            return
+        there = np.flatnonzero(np.append(bad, np.zeros(self.count - len(bad), bool))[self.labels])
+        halved = self._halved[self.labels[there]]
+        self._add(there[halved])
+        there = there[~halved]
+        there = there[np.argsort(self.labels[there], kind="stable")]
+        group, first, middle = self._boxes(there, self.labels[there])
+        side = (self._positions[there] > middle[group]) @ np.array([1, 2, 4])
+        part = group * 8 + side
+        there, part = (values[np.argsort(part, kind="stable")] for values in (there, part))
+        group, first, middle = self._boxes(there, part)
+        off = ((self._positions[there] - middle[group]) ** 2).sum(axis=1)
+        nearest = there[np.lexsort((there, off, group))[first]]
+        self._add(nearest, there, group, np.diff(np.append(first, len(there))) == 1)
+
+    def _boxes(
+        self, there: Index, keys: NDArray[np.integer]
+    ) -> tuple[Index, Index, NDArray[np.float64]]:
+        """Of vertices sorted by a key: the number of each one's run, first rows of runs, middles of their boxes."""
+        starts = np.ones(len(there), bool)
+        starts[1:] = keys[1:] != keys[:-1]
+        first = np.flatnonzero(starts)
+        points = self._positions[there].astype(np.float64)
+        ends = [least.reduceat(points, first) for least in (np.minimum, np.maximum)]
+        return np.cumsum(starts) - 1, first, (ends[0] + ends[1]) / 2
+
+    def _add(
+        self,
+        places: Index,
+        there: Index | None = None,
+        group: Index | None = None,
+        whole: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """More groups, at the places of these vertices: which vertices are in which, and which groups are single."""
+        more = len(places)
+        if there is None or group is None or whole is None:
+            there, group, whole = places, np.arange(more), np.ones(more, bool)
+        self.labels[there] = (self.count + group).astype(np.uint32)
+        self.whole = np.append(self.whole, whole)
+        self._halved = np.append(self._halved, np.ones(more, bool))
+        self._places.append(self._positions[places])
+        self.apart += more
 
 
 def _troubled_near(

@@ -29,7 +29,7 @@ def simplify(
     """The simplified mesh, by a number of triangles; other options are those of the Params.
 
     `counters` holds `target` and `target_gap`, triangles short of it, negative where no further edge may go;
-    `first_triangles`, what the clustering left, and `first_singles`, vertices that it left by themselves. Where all
+    `first_triangles`, what the clustering left, and `first_apart`, vertices of it that are less than a cell. Where all
     triangles are asked for the result is the mesh as it came.
 
     Args:

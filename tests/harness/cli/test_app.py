@@ -204,7 +204,7 @@ def runs(tmp_path, device, capsys):
 
     def make(slower):
         for name in ("a", "b"):
-            words = ["run", "fake", "-d", "one", "--samples", "5", "--quiet", "--out"]
+            words = ["run", "fake", "-d", "one", "--samples", "8", "--quiet", "--out"]
             assert main([*words, str(tmp_path / name)]) == 0
         for name, factor in (("a", 1.0), ("b", slower)):
             path = tmp_path / name / record.SAMPLES

@@ -240,7 +240,7 @@ def test_bad_group_is_refused_before_anything_is_measured(device, folder, group,
 
 def test_wrong_subject_is_red_and_stays_out_of_ratios(device, folder, monkeypatch):
     made = fake.install(monkeypatch.setattr)
-    session = Session(device, folder, samples=3)
+    session = Session(device, folder, samples=6)
     session.measure([(made.id, group) for group in made.groups(False)], quiet=True)
     session.close()
     rows = {

@@ -1,7 +1,9 @@
 import numpy as np
+import pytest
 
 from lodbench.harness.measure import timing
 from lodbench.harness.measure.budget import Budget
+from lodbench.harness.measure.precision import half_width
 from lodbench.harness.measure.timing import interleave, quota
 from lodbench.kernels.system import Timeline
 
@@ -43,6 +45,67 @@ def test_interleave_drops_a_subject_that_gives_up():
 def test_interleave_with_no_time_left_still_gives_every_subject_one_counted_sample():
     taken = list(interleave({"a": frame(), "b": frame()}, {"a": 1, "b": 1}, budget=Budget(0.0)))
     assert [s.subject for s in taken if not s.warmup] == ["a", "b"]
+
+
+def noisy(seed, sigma, base=1e-4):
+    """Frames of about `base` seconds, as lognormal noise of `sigma` has them."""
+    rng = np.random.default_rng(seed)
+
+    def run():
+        timeline = Timeline()
+        timeline.wall_s = base * float(rng.lognormal(sigma=sigma))
+        return timeline
+
+    return run
+
+
+def counted(frames, **options):
+    taken = list(interleave(frames, dict.fromkeys(frames, 0.1), **options))
+    return {name: [s for s in taken if s.subject == name and not s.warmup] for name in frames}
+
+
+def test_sampling_goes_on_until_each_ratio_to_the_first_is_narrow():
+    frames = {"a": noisy(0, 0.01), "b": noisy(1, 0.01), "c": noisy(2, 0.2)}
+    found = counted(frames, narrow=0.05)
+    assert len(found["b"]) == timing.SAMPLES, "narrow from the beginning"
+    assert timing.SAMPLES < len(found["c"]) < timing.MOST_TURNS
+    first = {s.turn: s.wall_s for s in found["a"]}
+    assert {s.turn for s in found["c"]} <= set(first), "each has its partner in the same turn"
+    pairs = [s.wall_s / first[s.turn] for s in found["c"]]
+    assert half_width(pairs) <= 0.05 < half_width(pairs[:-1])
+
+
+def test_sampling_ends_at_its_most_turns_where_a_ratio_stays_wide():
+    found = counted({"a": noisy(0, 0.01), "b": noisy(1, 3.0)}, narrow=0.001)
+    assert len(found["b"]) <= timing.SAMPLES + timing.MOST_TURNS
+
+
+@pytest.mark.parametrize("options", [{}, {"narrow": 0.0}, {"narrow": 0.01, "samples": 10}])
+def test_exact_number_of_samples_stays_exact(options):
+    found = counted({"a": noisy(0, 0.5), "b": noisy(1, 0.5)}, **options)
+    assert {len(samples) for samples in found.values()} == {10}
+
+
+def test_budget_ends_it_and_is_not_cut_by_that():
+    budget = Budget(1000.0)
+    found = counted(
+        {"a": noisy(0, 0.5, 900.0), "b": noisy(1, 0.5, 900.0)}, narrow=0.01, budget=budget
+    )
+    assert len(found["a"]) == 1 and budget.cut  # the quota itself did not fit
+    budget = Budget(1000.0)
+    found = counted(
+        {"a": noisy(0, 0.01, 40.0), "b": noisy(1, 2.0, 40.0)}, narrow=1e-9, budget=budget
+    )
+    assert len(found["a"]) == len(found["b"])
+    quick = Budget(30.0)
+    found = counted({"a": noisy(0, 0.0, 1.0), "b": noisy(1, 0.5, 1.0)}, narrow=0.01, budget=quick)
+    assert len(found["b"]) > timing.SAMPLES and not quick.cut
+
+
+def test_single_subject_goes_on_for_its_own_median():
+    found = counted({"a": noisy(0, 0.2)}, narrow=0.05)
+    assert len(found["a"]) > timing.SAMPLES
+    assert half_width([s.wall_s for s in found["a"]]) <= 0.05
 
 
 def test_peak_memory_sees_what_was_freed_again():

@@ -1,11 +1,13 @@
 """What `lodbench compare` calls worse, beyond time."""
 
 import re
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from lodbench.harness.record.record import GroupRecord, RunRecord, SubjectRecord
-from lodbench.harness.report.compare import compare
+from lodbench.harness.report.compare import LEVEL, compare
 
 QUALITY = {
     "rms_error": 1e-4, "rms_error_back": 1e-4, "max_error": 1e-3,
@@ -174,3 +176,59 @@ def test_runs_of_two_machines_are_told_apart(tmp_path):
         other = run(tmp_path, subject())
         other.environment[key][inner] = "other"
         assert not compare(a, other)["same_machine"]
+
+
+KERNELS = [f"kernel_{i}" for i in range(24)]
+
+
+def measured(tmp_path, seed, slower=(), worse=()):
+    """A run of 24 subjects, 40 samples each with a tail of slow ones; half a per cent is the run's, not theirs."""
+    rng = np.random.default_rng(seed)
+    subjects = []
+    for name in KERNELS:
+        one = subject(name, **({"rms_error": 1.1e-4} if name in worse else {}))
+        wall = 1e-3 * rng.normal(1, 0.005) * (1.1 if name in slower else 1.0)
+        noise = rng.lognormal(sigma=0.03, size=40) + 0.3 * rng.exponential(size=40) * (
+            rng.random(40) < 0.1
+        )
+        one.samples = [{"turn": t, "wall_s": wall * s} for t, s in enumerate(noise)]
+        subjects.append(one)
+    return run(tmp_path, *subjects)
+
+
+def test_twenty_comparisons_of_the_same_code_give_one_false_alarm_at_the_most(tmp_path):
+    alarms = [
+        compare(measured(tmp_path, 2 * seed), measured(tmp_path, 2 * seed + 1))["regressions"]
+        for seed in range(20)
+    ]
+    assert sum(count > 0 for count in alarms) <= LEVEL * 20
+    itself = measured(tmp_path, 0)
+    assert {row["verdict"] for row in compare(itself, itself)["rows"]} == {"same"}
+
+
+def test_slowdown_of_ten_per_cent_in_one_kernel_is_found_and_no_other(tmp_path):
+    for seed in range(5):
+        found = compare(
+            measured(tmp_path, seed), measured(tmp_path, 100 + seed, slower=["kernel_17"])
+        )
+        named = [
+            (row["system"], row["why"]) for row in found["rows"] if row["verdict"] == "regression"
+        ]
+        assert named == [("kernel_17", "slower")]
+
+
+def test_error_larger_by_ten_per_cent_is_found_and_no_other(tmp_path):
+    found = compare(measured(tmp_path, 1), measured(tmp_path, 2, worse=["kernel_5"]))
+    (row,) = (row for row in found["rows"] if row["verdict"] == "regression")
+    assert (row["system"], row["why"]) == ("kernel_5", "rms_error 0.0001 -> 0.00011")
+
+
+def test_so_many_rows_that_no_result_could_be_sure_are_too_few_samples(tmp_path):
+    # 1 / comb(12, 6) is 0.11 %: sure enough among 46 rows at 5 %, not among 48
+    few = [measured(tmp_path, seed) for seed in (1, 2)]
+    for made in few:
+        for one in [*made.groups[0].subjects.values()]:
+            del one.samples[6:]
+            made.groups[0].subjects[f"{one.label}_b"] = replace(one, label=f"{one.label}_b")
+    assert compare(*few)["too_few"] == 48
+    assert compare(*few, keep=re.compile("_b"))["too_few"] == 0

@@ -59,7 +59,7 @@ def test_cells_of_a_case_give_way_to_a_target(capsys, tmp_path):
 
 
 def test_ratio_says_how_many_times_faster_the_row_is():
-    both = group(subject("ours", [1.0, 2.0, 3.0]), subject("theirs", [4.0, 8.0, 12.0]))
+    both = group(subject("ours", 2 * [1.0, 2.0, 3.0]), subject("theirs", 2 * [4.0, 8.0, 12.0]))
     row = ratios(both, both.subjects["ours"], ["theirs"])
     assert row == {"ratio_to_theirs": 4, "ratio_to_theirs_low": 4, "ratio_to_theirs_high": 4}
     assert ratios(both, both.subjects["theirs"], ["theirs", "absent"]) == dict.fromkeys(
@@ -78,7 +78,7 @@ def test_unlike_counts_give_no_ratio_and_say_so():
     kinds = {"ours": 12_314, "theirs": 128, "same": 12_000, "fill": None}
     both = group(
         *(
-            subject(name, [1.0] * 3, counters={} if count is None else {"triangles": count})
+            subject(name, [1.0] * 6, counters={} if count is None else {"triangles": count})
             for name, count in kinds.items()
         )
     )
@@ -121,6 +121,16 @@ def test_reason_for_unlike_counts_joins_that_of_the_noise():
     row = measured(both, both.subjects["ours"]) | ratios(both, both.subjects["ours"], ["theirs"])
     assert row["status"] == "noisy"
     assert "50%" in row["reason"] and row["reason"].endswith("100 triangles against 200")
+
+
+def test_too_few_samples_for_an_interval_are_said():
+    both = group(
+        subject("ours", [1.0] * 10), subject("theirs", [4.0] * 3), subject("other", [1.0] * 9)
+    )
+    row = ratios(both, both.subjects["ours"], ["theirs", "other"])
+    assert (row["ratio_to_theirs"], row["ratio_to_theirs_low"]) == (4, None)
+    assert row["ratio_to_other_low"] == 1
+    assert row["reason"] == "too few samples for an interval of the ratio to theirs: 3 of 6"
 
 
 def test_single_sample_of_a_very_slow_subject_still_gives_a_ratio_without_interval():

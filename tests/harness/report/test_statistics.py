@@ -35,23 +35,55 @@ def test_ratio_of_few_samples_has_no_interval():
     assert statistics.unpaired_ratio([2.0], [1.0, 1.0]).median == 2.0
 
 
-def test_noise_names_an_uncertain_median_starvation_and_others():
+def test_noise_says_what_it_costs_to_believe_a_median_that_chance_may_have_moved():
     quiet = [1.0] * 10
     assert statistics.noise(quiet, quiet, 0.0) == ""
-    wide = [1, 1, 1, 2, 2, 2, 3, 3]
-    assert "median uncertain" in statistics.noise(wide, wide, 0.0)
+    wide = [1, 1, 1, 2, 2, 2, 3, 3]  # the median is 2, its interval 1 to 3
+    assert statistics.noise(wide, wide, 0.0) == "off by up to 50%: samples vary"
     assert statistics.noise(wide * 200, wide * 200, 0.0) == "", (
         "enough samples make up for their spread"
     )
-    assert "less CPU time" in statistics.noise(quiet, [2.0] * 6 + [0.5] * 4, 0.0)
-    assert "other processes took 40%" in statistics.noise(quiet, quiet, 0.4)
+    assert statistics.noise([1.0, 1.0, 1.5], [1.0] * 3, 0.0) == (
+        "off by up to 50%: samples vary, 3 samples"
+    )
+    assert statistics.noise([1.0], [1.0], 0.0) == ""
+
+
+SLOWED = [1.0] * 4 + [1.3] * 16  # most samples took 30 % longer than the least
+
+
+def test_disturbance_costs_what_the_median_is_above_the_least_sample():
+    starved = [1.0] * 12 + [0.4] * 8
+    assert statistics.noise(SLOWED, starved, 0.0) == (
+        "off by up to 30%: 8 of 20 samples got less CPU time than the rest"
+    )
+    assert statistics.noise(SLOWED, SLOWED, 0.2) == (
+        "off by up to 30%: other processes took 20% of the machine"
+    )
+    assert statistics.noise(SLOWED, SLOWED, 0.0) == ""
+
+
+def test_disturbance_that_changed_nothing_is_no_noise_unless_it_left_nothing_undisturbed():
+    quiet = [1.0] * 10
+    assert statistics.noise(quiet, [2.0] * 6 + [0.5] * 4, 0.3) == ""
+    assert statistics.noise(quiet, quiet, 0.5) == (
+        "off by nobody knows how much: other processes took 50% of the machine"
+    )
 
 
 @pytest.mark.parametrize(("wall", "said"), [(5e-4, False), (5e-3, True)])
 def test_cpu_clock_says_nothing_of_frames_under_a_millisecond(wall, said):
     # it ticks in steps longer than such a frame: some have no CPU time at all
-    cpu = [wall] * 6 + [0.0] * 4
-    assert ("less CPU time" in statistics.noise([wall] * 10, cpu, 0.0)) == said
+    cpu = [wall] * 12 + [0.0] * 8
+    walls = [wall * slower for slower in SLOWED]
+    assert ("less CPU time" in statistics.noise(walls, cpu, 0.0)) == said
+
+
+def test_off_is_the_farther_end_of_the_interval():
+    assert statistics.off([1.0] * 10) == 0
+    assert statistics.off([0.9] * 2 + [1.0] * 6 + [1.2] * 2) == pytest.approx(0.2)
+    assert statistics.off([1.0, 1.0, 1.4]) == pytest.approx(0.4)  # too few: the farthest sample
+    assert statistics.off([1.0]) is statistics.off([]) is None
 
 
 def test_log_slope_of_a_power_is_its_exponent():

@@ -1,0 +1,1 @@
+"""NURBS surfaces as triangles: Concheiro 2013, chapter 6."""

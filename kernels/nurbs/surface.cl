@@ -1,0 +1,168 @@
+// A row of a surface's grid, eight samples at a time: points and unit normals, out of basis functions at samples.
+//
+// Source    Concheiro 2013, section 6.2; a row is a curve of its own, whose control points are summed once for each span
+// Work      functions only; what is fused says so with fma
+// Reads     surfaces  uint [16 * surfaces]   as nurbs_surface has them
+//           samples   uint [4 * samples]     of each: first control row, end of its span's samples, span, span record
+//           weights   float[15 * stride]     as nurbs/basis.cl writes them
+//           controls  float[4 * controls]    w x, w y, w z, w from its origin; v fastest, surface after surface
+//           scales    float[quads]           the power of two that brings a KSQuad's size near 1; v fastest
+// Writes    nothing
+// Needs     nurbs/triangle.cl, bezier/normal.cl
+// Plain     nurbs/reference.py
+// Defines   CHUNK, STREAMING (bezier/output.cl), RATIONAL (0: all weights are 1), NORMALS
+
+#pragma OPENCL FP_CONTRACT OFF
+
+#define SURFACE_WORDS 16
+#define SLOPES 8 // first plane of them, as in basis.cl
+
+typedef struct {
+    uint first_vertex, rows, columns;     // of its grid
+    uint sample_u, sample_v;              // the first of each side
+    uint control, control_columns;        // the first, and how many along v
+    uint p, q;                            // degrees along u and v
+    uint quad, quad_columns;              // the first KSQuad, and how many along v
+    float3 origin;                        // of its control points
+} nurbs_surface;
+
+typedef struct {
+    __global const uint *samples;
+    __global const float *weights, *controls, *scales, *spans, *places;
+    uint stride;
+} nurbs_tables;
+
+static inline void nurbs_surface_of(nurbs_surface *surface, __global const uint *row)
+{
+    const uint16 w = vload16(0, row);
+    surface->first_vertex = w.s0, surface->rows = w.s1, surface->columns = w.s2;
+    surface->sample_u = w.s3, surface->sample_v = w.s4;
+    surface->control = w.s5, surface->control_columns = w.s6;
+    surface->p = w.s7, surface->q = w.s8;
+    surface->quad = w.s9, surface->quad_columns = w.sa;
+    surface->origin = as_float3(w.sbcd);
+}
+
+// control points of the row's curve over one span of v, and of S_u along it, scaled
+static inline void nurbs_curve(float4 *points, float4 *across, const nurbs_surface *surface, const nurbs_tables *tables,
+    const uint sample_u, const uint first_u, const uint first_v, const float scale)
+{
+    __global const float *w = tables->weights + sample_u;
+    const uint step = surface->control_columns, stride = tables->stride;
+    __global const float *c = tables->controls + 4 * (surface->control + first_u * step + first_v);
+    for (uint l = 0; l <= surface->q; ++l, c += 4) {
+        float4 here = vload4(0, c), sum = here * w[0];
+#if NORMALS
+        float4 slope = (float4)(0.0f);
+#endif
+        for (uint k = 1; k <= surface->p; ++k) {
+            const float4 next = vload4(0, c + 4 * k * step);
+            sum = fma(next, (float4)(w[k * stride]), sum);
+#if NORMALS
+            slope = fma(next - here, (float4)(w[(SLOPES + k - 1) * stride]), slope);
+            here = next;
+#endif
+        }
+        points[l] = sum;
+#if NORMALS
+        across[l] = slope * scale;
+#endif
+    }
+}
+
+// the scaled normal at t of both spans, where S_u x S_v vanishes at the sample; by the triangular table, one at a time
+static inline float3 nurbs_normal_near(const nurbs_surface *surface, const nurbs_tables *tables, const uint4 at_u,
+    const uint4 at_v, const float tu, const float tv, const float scale)
+{
+    float nu[8], su[8], nv[8], sv[8];
+    nurbs_triangle(nu, su, tables->spans + SPAN_FLOATS * at_u.w, tu, 1.0f - tu, surface->p);
+    nurbs_triangle(nv, sv, tables->spans + SPAN_FLOATS * at_v.w, tv, 1.0f - tv, surface->q);
+    const uint p = surface->p, q = surface->q, step = surface->control_columns;
+    __global const float *c = tables->controls + 4 * (surface->control + at_u.x * step + at_v.x);
+    float4 sum = (float4)(0.0f), along_u = (float4)(0.0f), along_v = (float4)(0.0f);
+    for (uint k = 0; k <= p; ++k)
+        for (uint l = 0; l <= q; ++l) {
+            const float4 here = vload4(k * step + l, c);
+            sum += here * (nu[p - k] * nv[q - l]);
+            if (k < p) along_u += (vload4((k + 1) * step + l, c) - here) * (su[p - 1 - k] * nv[q - l]);
+            if (l < q) along_v += (vload4(k * step + l + 1, c) - here) * (nu[p - k] * sv[q - 1 - l]);
+        }
+    const float3 point = sum.xyz / sum.w;
+    const float3 a = (along_u.xyz - along_u.w * point) * scale, b = (along_v.xyz - along_v.w * point) * scale;
+    return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+static inline float3 nurbs_unit_near(
+    const nurbs_surface *surface, const nurbs_tables *tables, const uint sample_u, const uint sample_v, const float scale)
+{
+    const float tu = tables->places[sample_u], tv = tables->places[sample_v];
+    const float3 n = nurbs_normal_near(surface, tables, vload4(sample_u, tables->samples), vload4(sample_v, tables->samples),
+        tu + INWARDS * (0.5f - tu), tv + INWARDS * (0.5f - tv), scale);
+    const float square = n.x * n.x + n.y * n.y + n.z * n.z;
+    return square > 1e-30f ? n * (1.0f / sqrt(square)) : (float3)(0.0f, 0.0f, 1.0f);
+}
+
+#define NURBS_ADD(sum, w, point)                                                                                       \
+    (sum).x = fma(w, (float8)((point).x), (sum).x), (sum).y = fma(w, (float8)((point).y), (sum).y),                    \
+    (sum).z = fma(w, (float8)((point).z), (sum).z)
+
+// `count` samples of one span from `sample_v` on; up to `room` may be written
+static inline void nurbs_run(BEZIER_OUT float *points, BEZIER_OUT float *normals, const nurbs_surface *surface,
+    const nurbs_tables *tables, const uint sample_u, const uint sample_v, const uint count, const uint room)
+{
+    const uint4 at_u = vload4(sample_u, tables->samples), at_v = vload4(sample_v, tables->samples);
+    const uint q = surface->q, stride = tables->stride;
+    const float scale = NORMALS ? tables->scales[surface->quad + at_u.z * surface->quad_columns + at_v.z] : 1.0f;
+    float4 curve[8], across[8], along[8];
+    nurbs_curve(curve, across, surface, tables, sample_u, at_u.x, at_v.x, scale);
+#if NORMALS
+    for (uint l = 0; l < q; ++l) along[l] = (curve[l + 1] - curve[l]) * scale;
+#endif
+    for (uint k = 0; k < count; k += 8) {
+        __global const float *w = tables->weights + sample_v + k;
+        const float8 zero = (float8)(0.0f);
+        planes8 point = {zero, zero, zero};
+        float8 weight = zero;
+        for (uint l = 0; l <= q; ++l) {
+            const float8 n = vload8(0, w + l * stride);
+            NURBS_ADD(point, n, curve[l]);
+#if RATIONAL
+            weight = fma(n, (float8)(curve[l].w), weight);
+#endif
+        }
+#if RATIONAL
+        const float8 inverse = 1.0f / weight;
+        point.x *= inverse, point.y *= inverse, point.z *= inverse;
+#endif
+        const float3 o = surface->origin;
+        const planes8 placed = {point.x + o.x, point.y + o.y, point.z + o.z};
+        bezier_put(points + 3 * k, placed, room - k);
+#if NORMALS
+        planes8 a = {zero, zero, zero}, b = {zero, zero, zero}, unit;
+        float8 aw = zero, bw = zero;
+        for (uint l = 0; l <= q; ++l) {
+            const float8 n = vload8(0, w + l * stride);
+            NURBS_ADD(a, n, across[l]);
+            if (RATIONAL) aw = fma(n, (float8)(across[l].w), aw);
+        }
+        for (uint l = 0; l < q; ++l) {
+            const float8 n = vload8(0, w + (SLOPES + l) * stride);
+            NURBS_ADD(b, n, along[l]);
+            if (RATIONAL) bw = fma(n, (float8)(along[l].w), bw);
+        }
+#if RATIONAL
+        a.x = (a.x - aw * point.x) * inverse, a.y = (a.y - aw * point.y) * inverse, a.z = (a.z - aw * point.z) * inverse;
+        b.x = (b.x - bw * point.x) * inverse, b.y = (b.y - bw * point.y) * inverse, b.z = (b.z - bw * point.z) * inverse;
+#endif
+        const int8 is_bad = bezier_unit8(&unit, a, b);
+        bezier_put(normals + 3 * k, unit, room - k);
+        if (bezier_any(is_bad)) {
+            int bad[8];
+            vstore8(is_bad, 0, bad);
+            for (uint j = 0; j < 8 && k + j < count; ++j)
+                if (bad[j])
+                    vstore3(nurbs_unit_near(surface, tables, sample_u, sample_v + k + j, scale), k + j, normals);
+        }
+#endif
+    }
+}

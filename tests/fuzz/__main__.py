@@ -1,0 +1,65 @@
+"""`python -m tests.fuzz`: everything that may go wrong, tried; figures into results/reference/faults.json."""
+
+import argparse
+import json
+import signal
+import sys
+from pathlib import Path
+
+from lodbench.datasets_gen.files import write_file
+from lodbench.harness.cli.output import say
+from lodbench.harness.record.environment import commit, now
+from tests.fuzz import faults, targets
+from tests.fuzz.fuzz import LIMIT_S, fuzz
+
+RECORD = Path(__file__).parents[2] / "results/reference/faults.json"
+
+
+def main():
+    """Try it, write what came of it after each target, and end with 1 where something was lost."""
+    options = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
+    options.add_argument("--inputs", type=int, default=10_000, help="per system and reader")
+    options.add_argument("--stops", type=int, default=100, help="runs killed, and runs interrupted")
+    options.add_argument("--seed", type=int, default=0)
+    options.add_argument("--only", nargs="*", default=[], help="of these systems, readers, faults")
+    options.add_argument("--out", type=Path, default=RECORD)
+    given = options.parse_args()
+    record = json.loads(given.out.read_text("utf-8")) if given.out.exists() else {}
+    short, dirty = commit()
+    lost = 0
+
+    def keep(kind, name, result):
+        nonlocal lost
+        lost += len(result["losses"])
+        about = {"commit": short, "dirty": dirty, "when": now()}
+        record.setdefault(kind, {})[name] = {**result, **about}
+        write_file(given.out, json.dumps(record, indent=1, sort_keys=True) + "\n")
+        said = ", ".join(f"{v:,} {k}" for k, v in result.items() if isinstance(v, int))
+        say(
+            f"{kind}: {name}: {said}, {len(result['losses'])} lost {result.get('skipped', '')}".strip()
+        )
+
+    for kind, names in zip(("systems", "readers"), targets.names(), strict=True):
+        for name in names:
+            if not given.only or name in given.only:
+                found = fuzz(
+                    name, given.inputs, given.seed, LIMIT_S, lambda text: say(text, err=True)
+                )
+                keep(kind, name, {**found, "seed": given.seed})
+    tried = {
+        "killed": lambda: faults.stopped(given.stops, signal.SIGKILL, given.seed),
+        "interrupted": lambda: faults.stopped(given.stops, signal.SIGINT, given.seed),
+        "full_disk": faults.full_disk,
+        "read_only": faults.read_only,
+        "broken_kernels": faults.broken_kernels,
+        "little_memory": faults.little_memory,
+    }
+    for name, what in tried.items():
+        if not given.only or name in given.only:
+            keep("faults", name, what())
+    say(f"{lost} lost: {given.out}")
+    return 1 if lost else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

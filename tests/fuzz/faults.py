@@ -1,0 +1,230 @@
+"""Runs that are killed, interrupted, or find no room: what was written stays, and resuming completes it.
+
+Each returns `tries` and `losses`, of which there should be none.
+"""
+
+import collections
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+from lodbench.datasets_gen.patches import cup
+from lodbench.datasets_gen.surfaces import BezierPatches, TriangleMesh
+from lodbench.datasets_gen.triangles import icosphere
+from lodbench.harness.plan.registry import systems
+from lodbench.harness.record.record import read_rows
+from lodbench.harness.record.samples import rows_file
+from lodbench.kernels.opencl import Device, DeviceError
+from lodbench.kernels.opencl.driver import Unsupported
+from lodbench.kernels.system import run
+from tests.fuzz.targets import check_mesh
+
+ROOT = Path(__file__).parents[2]
+SECONDS = "0.002"  # of a fake frame
+TIMED = ("wall_s", "ratio_to_", "status", "reason")  # columns that depend on time
+LIMIT_S = 120
+
+
+def lodbench(*words):
+    """The command with fake subjects, in a process of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "tests.harness.fake_main", SECONDS, *map(str, words)],
+        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def measure(folder, *words):
+    return lodbench("reproduce", "--samples", "3", "--quiet", "--out", folder, *words)
+
+
+def rows(folder):
+    """The rows of a run; none where it did not begin."""
+    path = rows_file(folder)
+    return read_rows(path) if path.exists() else []
+
+
+def table(folder):
+    """The table without what depends on time."""
+    made = json.loads((folder / "tables/fake_table.json").read_text())
+    return [
+        {key: value for key, value in row.items() if not key.startswith(TIMED)}
+        for row in made["rows"]
+    ]
+
+
+def doubled(found):
+    """Rows of one sample, setup, result or end that are there more than once."""
+    keys = collections.Counter(
+        tuple(row.get(key) for key in ("kind", "group", "attempt", "subject", "turn"))
+        for row in found if row["kind"] not in ("limits", "superseded")
+    )  # fmt: skip
+    ends = collections.Counter(row["group"] for row in found if row["kind"] == "end")
+    return [key for key, count in (*keys.items(), *ends.items()) if count > 1]
+
+
+def resumed(folder, before, whole):
+    """What is wrong with a run that is resumed to its end; "" if nothing is."""
+    process = measure(folder, "--resume") if (folder / "run.json").exists() else measure(folder)
+    _, error = process.communicate(timeout=LIMIT_S)
+    if process.returncode:
+        return f"resume ended with {process.returncode}: {error.strip()}"
+    after = rows(folder)
+    if after[: len(before)] != before:
+        return "rows that were written are lost"
+    if found := doubled(after):
+        return f"rows are doubled: {found[:2]}"
+    return "" if table(folder) == whole else "the table is another"
+
+
+def stopped(tries, number, seed=0):
+    """Runs that get signal `number` at random moments, then are resumed; also of those that had ended already."""
+    rng = random.Random(seed)
+    losses = []
+    with tempfile.TemporaryDirectory() as parent:
+        start = time.monotonic()
+        measure(Path(parent, "whole")).communicate(timeout=LIMIT_S)
+        seconds, whole = time.monotonic() - start, table(Path(parent, "whole"))
+        in_time = 0
+        for number_of in range(tries):
+            folder = Path(parent, str(number_of))
+            process = measure(folder)
+            time.sleep(rng.uniform(0, 1.05 * seconds))
+            in_time += process.poll() is None
+            process.send_signal(number)
+            _, error = process.communicate(timeout=LIMIT_S)
+            wrong = ""
+            if number == signal.SIGINT and process.returncode not in (0, 130, -signal.SIGINT):
+                wrong = f"ended with {process.returncode}: {error.strip()[:300]}"
+            elif number == signal.SIGINT and len(error.strip().splitlines()) > 1:
+                wrong = f"said more than a line: {error.strip()[:300]}"
+            if wrong := wrong or resumed(folder, rows(folder), whole):
+                losses.append(wrong)
+            shutil.rmtree(folder, ignore_errors=True)
+    return {"tries": tries, "while_running": in_time, "losses": losses}
+
+
+@contextmanager
+def small_disk(size):
+    """A folder on a disk of `size` bytes of its own; None where this process may not make one."""
+    with tempfile.TemporaryDirectory() as folder:
+        options = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", folder]
+        done = os.geteuid() == 0 and not subprocess.run(options, capture_output=True).returncode
+        try:
+            yield Path(folder) if done else None
+        finally:
+            if done:
+                subprocess.run(["umount", "-l", folder], check=True)
+
+
+def _mounted_anew(folder, option):
+    subprocess.run(["mount", "-o", f"remount,{option}", folder], check=True)
+
+
+def full_disk(sizes=(4096, 8192, 12288, 16384, 20480, 24576, 32768)):
+    """Runs on disks that are too small by more or less, then given room."""
+    losses, tries = [], 0
+    with tempfile.TemporaryDirectory() as parent:
+        measure(Path(parent, "whole")).communicate(timeout=LIMIT_S)
+        whole = table(Path(parent, "whole"))
+    for size in sizes:
+        with small_disk(size) as disk:
+            if disk is None:
+                return {"tries": 0, "losses": [], "skipped": "needs root, to mount a small disk"}
+            tries += 1
+            process = measure(disk / "run")
+            _, error = process.communicate(timeout=LIMIT_S)
+            if process.returncode not in (0, 2) or len(error.strip().splitlines()) > 1:
+                losses.append(
+                    f"{size} bytes: ended with {process.returncode}: {error.strip()[:300]}"
+                )
+            before = rows(disk / "run")
+            _mounted_anew(disk, "size=8m")
+            if wrong := resumed(disk / "run", before, whole):
+                losses.append(f"{size} bytes: {wrong}")
+    return {"tries": tries, "losses": losses}
+
+
+def read_only():
+    """A run whose folder, or the one around it, may not be written."""
+    losses, tries = [], 0
+    with small_disk(1 << 20) as disk:
+        if disk is None:
+            return {"tries": 0, "losses": [], "skipped": "needs root, to mount a disk"}
+        measure(disk / "done").communicate(timeout=LIMIT_S)
+        before = rows(disk / "done")
+        _mounted_anew(disk, "ro")
+        for words in (
+            ["reproduce", "-q", "--out", disk / "new"],
+            ["reproduce", "-q", "--resume", "--out", disk / "done"],
+            ["report", disk / "done"],
+        ):
+            tries += 1
+            process = lodbench(*words)
+            _, error = process.communicate(timeout=LIMIT_S)
+            if process.returncode != 2 or len(error.strip().splitlines()) != 1:
+                losses.append(f"{words[0]}: ended with {process.returncode}: {error.strip()[:300]}")
+        if rows(disk / "done") != before:
+            losses.append("rows are lost")
+    return {"tries": tries, "losses": losses}
+
+
+BROKEN = (
+    "float f(float x) { return y; }",
+    "}",
+    "#error no",
+    "float f(",
+    "__kernel void f(int *a) { a->b = 3; }",
+    '#include "gone.h"',
+)
+
+
+def broken_kernels():
+    """Programs that do not build: an error that names the file and the line, and the device goes on."""
+    device, losses = Device.open(), []
+    with tempfile.TemporaryDirectory() as folder:
+        for number, text in enumerate(BROKEN):
+            path = Path(folder, f"broken_{number}.cl")
+            path.write_text(text)
+            try:
+                device.build(path)
+                losses.append(f"{text!r} was built")
+            except DeviceError as error:
+                if path.name not in str(error):
+                    losses.append(f"{text!r}: no word of its file: {str(error)[:200]}")
+            except Exception as error:
+                losses.append(f"{text!r}: {type(error).__name__}: {str(error)[:200]}")
+    return {"tries": len(BROKEN), "losses": losses}
+
+
+def little_memory(limits=(0, 100, 10_000, 100_000, 1_000_000)):
+    """Systems on a device without memory for them: refused by what is lacking, or run in parts."""
+    losses, tries = [], 0
+    whole = Device.open()
+    given = {TriangleMesh: icosphere(4), BezierPatches: cup()}
+    for name, system in systems().items():
+        surface = next((one for kind, one in given.items() if kind in system.takes), None)
+        if system.runs_on != "device" or surface is None:
+            continue
+        for limit in limits:
+            tries += 1
+            device = Device(whole.handle, memory_limit=limit)
+            try:
+                prepared = system.prepare(device, surface, next(iter(system.cases.values())))
+                run(device, prepared)
+                for mesh in prepared.result():
+                    check_mesh(mesh)
+            except (Unsupported, MemoryError):
+                pass
+            except Exception as error:
+                losses.append(
+                    f"{name} with {limit} bytes: {type(error).__name__}: {str(error)[:200]}"
+                )
+    return {"tries": tries, "losses": losses}

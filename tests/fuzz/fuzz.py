@@ -1,0 +1,92 @@
+"""Targets tried one after the other, each in its own process with a time limit per input; losses are written down."""
+
+import json
+import queue
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+LIMIT_S = 60.0  # of one input; the first builds kernels
+MOST_LOSSES = 20  # of a target: what comes after has been said
+
+
+def _lines(process, found):
+    for line in process.stdout:
+        found.put(line.rstrip("\n"))
+    found.put(None)
+
+
+def fuzz(name, count, seed=0, limit_s=LIMIT_S, say=lambda text: None, module="tests.fuzz.worker"):
+    """What came of `count` inputs of a target.
+
+    Returns:
+        `tries`, `ok`, `refused`, `seconds`, and `losses`, each with its `kind` (crash, hang, wrong, fault), what was
+        `said`, and the `input`.
+    """
+    result = {"tries": 0, "ok": 0, "refused": 0, "losses": []}
+    start, restarts = time.monotonic(), 0
+    while result["tries"] < count and len(result["losses"]) < MOST_LOSSES:
+        words = [
+            sys.executable,
+            "-m",
+            module,
+            name,
+            str(count - result["tries"]),
+            str(seed + 1000 * restarts),
+        ]
+        process = subprocess.Popen(
+            words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        found = queue.Queue()
+        reader = threading.Thread(target=_lines, args=(process, found), daemon=True)
+        reader.start()
+        ended = _follow(result, found, limit_s)
+        process.kill()
+        error = (process.communicate()[1] or "").strip().splitlines()
+        if ended == "end" or ended is None:
+            break
+        if not result["losses"] or result["losses"][-1].get("open") is None:
+            raise RuntimeError(f"{name}: the worker did not begin: {error[-1:] or ended}")
+        loss = result["losses"][-1]
+        del loss["open"]
+        if loss["kind"] == "crash":
+            loss["said"] = f"exit {process.returncode} {' '.join(error[-1:])}".strip()
+        restarts += 1
+        say(f"{name}: {loss['kind']} {loss['said']}")
+    result["seconds"] = round(time.monotonic() - start, 1)
+    return result
+
+
+def _follow(result, found, limit_s):
+    """Count what a worker says until it ends; "end" where it came to its end, else the last loss is left open."""
+    given, ready = None, False
+    while True:
+        try:
+            line = found.get(timeout=limit_s)
+        except queue.Empty:
+            result["losses"].append(
+                {"kind": "hang", "said": f"over {limit_s:g} s", "input": given, "open": True}
+            )
+            return "hang"
+        if line is None:
+            if given is not None:
+                result["losses"].append({"kind": "crash", "said": "", "input": given, "open": True})
+            return "crash" if given is not None or not ready else "end"
+        word, _, rest = line.partition(" ")
+        if word == "ready":
+            ready = True
+        elif word == "try":
+            given = json.loads(rest)
+            result["tries"] += 1
+        elif word == "did":
+            if rest in ("ok", "refused"):
+                result[rest] += 1
+            else:
+                kind, _, said = rest.partition(" ")
+                result["losses"].append({"kind": kind, "said": said, "input": given})
+            given = None
+        elif word == "end":
+            return "end"

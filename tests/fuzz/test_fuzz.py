@@ -1,0 +1,119 @@
+"""A few inputs of everything that `make fuzz` tries by the thousand, in this process; and the fuzzer itself."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+
+from lodbench.datasets_gen.surfaces import TriangleMesh
+from tests.fuzz import faults, fuzz, inputs, targets
+
+SYSTEMS, READERS = targets.names()
+
+
+@pytest.mark.parametrize("name", SYSTEMS + READERS)
+def test_few_inputs_end_in_a_result_or_a_refusal(name):
+    found = targets.target(name)
+
+    @settings(max_examples=4 if name in SYSTEMS else 10, deadline=None, phases=[Phase.generate],
+              suppress_health_check=list(HealthCheck))  # fmt: skip
+    @given(found.strategy)
+    def tried(description):
+        assert targets.outcome(found, description) in ("ok", "refused"), inputs.written(description)
+
+    tried()
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_undamaged_files_are_read(name):
+    found = targets.target(name)
+    for whole in range(4):
+        assert targets.outcome(found, {"whole": whole, "edits": []}) == "ok"
+
+
+def test_description_makes_the_same_input_again():
+    shape = {"kind": "soup", "seed": 3, "triangles": 9, "vertices": 5, "exponent": -30, "offset": 1.0,
+             "damages": ["odd", "collapsed"]}  # fmt: skip
+    first, second = inputs.mesh(shape), inputs.mesh(json.loads(inputs.written(shape)))
+    assert first.positions.tobytes() == second.positions.tobytes()
+    assert first.triangles.tobytes() == second.triangles.tobytes()
+    edits = [["flip", 5, 3], ["number", 0, 2], ["end", 30, 0]]
+    assert inputs.damaged(b"1 2 3 and more text, 4 5 6 and the end of it", edits) != b""
+
+
+def test_result_that_no_caller_should_get_is_a_loss():
+    class Mesh:
+        positions, triangles = np.array([[0, np.nan, 0]]), np.zeros((0, 3), int)
+        triangle_count, vertex_count = 0, 1
+
+    def call(description):
+        targets.check_mesh(Mesh if description == "nan" else {}[description])
+
+    found = targets.Target("x", None, call)
+    assert targets.outcome(found, "nan") == "wrong a point that is not finite"
+    assert targets.outcome(found, "gone") == "fault KeyError: 'gone'"
+    Mesh.positions, Mesh.triangle_count, Mesh.triangles = np.zeros((1, 3)), 1, np.ones((1, 3), int)
+    assert targets.outcome(found, "nan") == "wrong an index out of range"
+    plain = targets.Target("x", None, lambda given: TriangleMesh(np.zeros((1, 3)), [[0, 0, given]]))
+    assert targets.outcome(plain, 9) == "refused"
+
+
+WORKER = """
+import os, sys, time
+for number in range(int(sys.argv[2])):
+    print("ready" if not number else "", f'try {{"n": {number}}}', sep="\\n" if not number else "", flush=True)
+    if sys.argv[1] == "hang" and number == 2: time.sleep(60)
+    if sys.argv[1] == "crash" and number == 2: os.abort()
+    print("did", "wrong a" if sys.argv[1] == "wrong" and number == 1 else "ok", flush=True)
+print("end", flush=True)
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "tries", "ok"), [("fine", None, 4, 4), ("wrong", "wrong", 4, 3)]
+)
+def test_outcomes_are_counted(monkeypatch, name, kind, tries, ok):
+    result = _fuzzed(monkeypatch, name)
+    assert (result["tries"], result["ok"]) == (tries, ok)
+    assert [loss["kind"] for loss in result["losses"]] == ([kind] if kind else [])
+
+
+@pytest.mark.parametrize("name", ["hang", "crash"])
+def test_worker_that_hangs_or_crashes_is_a_loss_and_the_next_goes_on(monkeypatch, name):
+    result = _fuzzed(monkeypatch, name)
+    # the third of the first worker; the second has but one left
+    assert (result["tries"], result["ok"]) == (4, 3)
+    (loss,) = result["losses"]
+    assert (loss["kind"], loss["input"]) == (name, {"n": 2})
+
+
+def _fuzzed(monkeypatch, name):
+    popen = fuzz.subprocess.Popen
+    monkeypatch.setattr(
+        fuzz.subprocess, "Popen",
+        lambda words, **options: popen([sys.executable, "-c", WORKER, *words[3:]], **options),
+    )  # fmt: skip
+    return fuzz.fuzz(name, 4, limit_s=3.0)
+
+
+def test_rows_that_are_doubled_are_seen():
+    row = {"kind": "sample", "group": "g", "attempt": 0, "subject": "a", "turn": 3}
+    assert faults.doubled([row, {**row, "turn": 4}]) == []
+    assert faults.doubled([row, row])
+    ends = [{"kind": "end", "group": "g", "attempt": attempt} for attempt in (0, 1)]
+    assert faults.doubled(ends) == ["g"]
+
+
+def test_programs_that_do_not_build_name_their_file():
+    assert faults.broken_kernels()["losses"] == []
+
+
+def test_record_of_faults_has_no_loss():
+    path = Path(__file__).parents[2] / "results/reference/faults.json"
+    if path.exists():
+        for kind in json.loads(path.read_text("utf-8")).values():
+            for name, result in kind.items():
+                assert result["losses"] == [], name
