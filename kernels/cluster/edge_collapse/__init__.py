@@ -31,7 +31,8 @@ Source: Garland & Heckbert, Surface Simplification Using Quadric Error Metrics, 
 planes); quadrics of the current mesh and volume after Lindstrom & Turk, Fast and Memory Efficient Polygonal
 Simplification, 1998; link condition of Dey, Edelsbrunner, Guha & Nekhayev 1999. Blocks, the shared threshold, shifts
 and quotas are of our own design, and so are the rounds; the constants of blocks were chosen on bunny_closed_70k,
-armadillo_86k, rocker_arm, mountain_od and a sphere, those of rounds on fandisk, armadillo_86k and dragon_100k.
+armadillo_86k, rocker_arm, mountain_od and a sphere, those of rounds on fandisk, armadillo_86k, dragon_100k,
+mountain_od, mechpart_g3, rocker_arm, kitten_g1 and cheburashka.
 """
 
 from __future__ import annotations

@@ -66,17 +66,10 @@ class Params(Target):
         return counted or self.max_error is None
 
     def form_on(self, cpu: bool) -> str:
-        """The form on a device that is a CPU, or none. What rounds have not yet, limits and weights, is for blocks."""
-        blocks = (
-            self.max_error is not None or self.normal_weight or self.uv_weight or self.colour_weight
-        )
-        if self.form == "auto":
-            return "blocks" if cpu or blocks else "rounds"
-        if blocks and self.form == "rounds":
-            raise ValueError(
-                "form: expected blocks or auto with max_error or weights, got 'rounds'"
-            )
-        return self.form
+        """The form on a device that is a CPU, or none."""
+        if self.form != "auto":
+            return self.form
+        return "blocks" if cpu else "rounds"
 
     def left(self, triangle_count: int) -> int:
         """Triangles that may be left of so many."""
