@@ -28,9 +28,9 @@ SAID = ("took_", "because_", "first_")  # what methods made of others say of the
 
 @dataclass(frozen=True)
 class Params(GridTarget):
-    """How far `method` is to go; a search for a grid is part of the call.
+    """How far to go; a search for a grid is part of the call.
 
-    `manifold`: part the sheets that meet, see `kernels/cluster/manifold.py`; of clusterings.
+    `method`: the system that is called; `manifold`: part the sheets that meet, see `kernels/cluster/manifold.py`.
     """
 
     method: str = "quadric_clustering"
