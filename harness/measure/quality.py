@@ -127,9 +127,8 @@ def distance_from(
         raise ValueError("result: expected triangles to compare, got none")
     frame = _origin(result), result.box[0], diagonal or 1.0
     located = Located(result, frame)
-    step = (
-        -(-reference.vertex_count // COMPARED) | 1
-    )  # odd: no row of a pattern is met at one place alone
+    # odd: no row of a pattern is met at one place alone
+    step = -(-reference.vertex_count // COMPARED) | 1
     points = _placed(reference, reference.positions[::step], frame)
     squared, _ = located.nearest(points)
     areas = vertex_areas(reference)[::step]
@@ -161,8 +160,7 @@ def measure(
             error this may be the sheet's other side. None above 1,000,000 triangles.
         `border_error`: largest distance between the borders, either way; see `border.border_distance`.
         `error_samples`: samples per direction. `error_vertices`: vertices tested, at most 1,000,000 per mesh.
-        All errors are 0 when both meshes have no triangles, and None when one of them has none.
-        And what `topology` counts in the result.
+        All errors are 0 when both meshes have no triangles, None when one has none. And what `topology` counts.
 
     Raises:
         Unsupported: libigl is not installed.

@@ -108,13 +108,14 @@ __kernel void edge_collapse_geometry_collapse(
         Edges edges;
         for (uint corner = 0; block_edges(&b, &corner, &edges);) geometry_append(&b, &edges, threshold);
         queue_order(&b);
-        uint left = quotas[index], collapses = 0, paid = 0;
-        while (b.queued && left) {
+        int left = quotas[index];
+        uint collapses = 0, paid = 0;
+        while (b.queued && left > 0) {
             const uint cost = b.queue[0] >> 32;
             const uint2 edge = queue_pop(&b);
             const uint u = edge.x & 0xFFFF, v = edge.x >> 16;
             if (!b.version[u] || !b.version[v] || (uint)b.version[u] + b.version[v] != edge.y) continue;
-            const uint gone = collapse_gone(&b, u, v);
+            const int gone = collapse_gone(&b, u, v);
             if (!gone || gone > left + (blocks == 1)) continue;
             Quadrics one, other, merged;
             block_quadric(&b, u, &one);
@@ -127,7 +128,7 @@ __kernel void edge_collapse_geometry_collapse(
             collapse_join(&b, u, v, &merged);
             parents[b.ids[u]] = b.ids[v];
             if (holding) held[b.ids[v]] += held[b.ids[u]];
-            left -= min(gone, left);
+            left -= gone;
             paid = max(paid, cost);
             if (recorded) {
                 sequence[b.ids[u]] = (uint4)(state[SWEEPS], paid, index, collapses);

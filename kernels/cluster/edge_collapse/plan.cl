@@ -57,6 +57,6 @@ __kernel void edge_collapse_plan_quotas(
             before = own;
         }
     }
-    if (blocks == 1) quotas[0] = live > target ? live - target : 0; // the last collapse may take one more than is left
+    if (blocks == 1 && live > target) quotas[0] = live - target; // the last collapse may take one more than is left
     state[THRESHOLD] = as_uint(cost);
 }
