@@ -11,6 +11,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
+from lodbench.harness.measure.border import border_distance
 from lodbench.kernels.opencl import Unsupported
 
 POINTS_LIMIT = 1_000_000  # vertices or centroids looked up per mesh: a few seconds
@@ -166,6 +167,7 @@ def measure(
         `flipped_triangles`: triangles of the result that face away (a negative dot product) from the triangle of the
             reference nearest to their centroid; triangles without area are not counted. On a sheet thinner than the
             error this may be the sheet's other side. None above 1,000,000 triangles.
+        `border_error`: largest distance between the borders, either way; see `border.border_distance`.
         `error_samples`: samples per direction. `error_vertices`: vertices tested, at most 1,000,000 per mesh.
         All errors are 0 when both meshes have no triangles, and None when one of them has none.
         And what `topology` counts in the result.
@@ -182,7 +184,7 @@ def measure(
     if not reference.triangle_count or not result.triangle_count:
         error = 0.0 if reference.triangle_count == result.triangle_count else None
         return {
-            "rms_error": error, "rms_error_back": error, "max_error": error,
+            "rms_error": error, "rms_error_back": error, "max_error": error, "border_error": None,
             "flipped_triangles": 0, "error_samples": 0, "error_vertices": 0, **topology(result),
         }  # fmt: skip
     rng = np.random.default_rng(seed)
@@ -203,6 +205,7 @@ def measure(
         "rms_error": figures[0],
         "rms_error_back": figures[1],
         "max_error": largest,
+        "border_error": border_distance(reference, result),
         "flipped_triangles": flipped,
         "error_samples": samples,
         "error_vertices": tested,

@@ -14,6 +14,7 @@ MARGIN = 0.93  # of the tolerance that measured distances may have, for what lie
 MOST_GROWTH = 16
 ROUNDS = 40
 MOST_VERTICES = 1 << 26
+MOST_MEASURED = 1 << 25  # points of one surface at which distances are measured: 2 GB in float64
 
 Counts = list[list[Numbers]]
 """Segments of each span of u and v of each surface."""
@@ -49,9 +50,11 @@ def within(
             worst[s] = _refine(model.surfaces[s], counts[s], limit)
         _agree(counts, borders)
         total = sum(int((u.sum() + 1) * (v.sum() + 1)) for u, v in counts)
-        if total > MOST_VERTICES:
+        largest = max((int(u.sum() * v.sum()) for u, v in counts), default=0)
+        if total > MOST_VERTICES or PARTS**2 * largest > MOST_MEASURED:
             raise ValueError(
-                f"tolerance: expected one that at most {MOST_VERTICES:,} vertices keep, got {tolerance:g}"
+                f"tolerance: expected one that at most {MOST_VERTICES:,} vertices keep, "
+                f"{MOST_MEASURED // PARTS**2:,} of one surface, got {tolerance:g}"
             )
         for s, sides in enumerate(counts):
             pairs = zip(sides, before[s], strict=True)

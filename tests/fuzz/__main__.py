@@ -34,7 +34,9 @@ def main():
         about = {"commit": short, "dirty": dirty, "when": now()}
         record.setdefault(kind, {})[name] = {**result, **about}
         write_file(given.out, json.dumps(record, indent=1, sort_keys=True) + "\n")
-        said = ", ".join(f"{v:,} {k}" for k, v in result.items() if isinstance(v, int))
+        said = ", ".join(
+            f"{v:,} {k}" for k, v in result.items() if isinstance(v, int) and k != "seed"
+        )
         say(
             f"{kind}: {name}: {said}, {len(result['losses'])} lost {result.get('skipped', '')}".strip()
         )

@@ -8,8 +8,11 @@ import threading
 import time
 from pathlib import Path
 
+import psutil
+
 ROOT = Path(__file__).parents[2]
-LIMIT_S = 60.0  # of one input; the first builds kernels
+LIMIT_S = 60.0  # of processor time for one input; the first builds kernels
+PATIENCE = 10  # limits of wall time, for what waits without working, or on a machine that is busy with something else
 MOST_LOSSES = 20  # of a target: what comes after has been said
 
 
@@ -19,7 +22,15 @@ def _lines(process, found):
     found.put(None)
 
 
-def fuzz(name, count, seed=0, limit_s=LIMIT_S, say=lambda text: None, module="tests.fuzz.worker"):
+def fuzz(
+    name,
+    count,
+    seed=0,
+    limit_s=LIMIT_S,
+    say=lambda text: None,
+    module="tests.fuzz.worker",
+    patience=PATIENCE,
+):
     """What came of `count` inputs of a target.
 
     Returns:
@@ -32,7 +43,7 @@ def fuzz(name, count, seed=0, limit_s=LIMIT_S, say=lambda text: None, module="te
         words = [
             sys.executable,
             "-m",
-            module,
+            "tests.fuzz.worker",
             name,
             str(count - result["tries"]),
             str(seed + 1000 * restarts),
@@ -43,7 +54,7 @@ def fuzz(name, count, seed=0, limit_s=LIMIT_S, say=lambda text: None, module="te
         found = queue.Queue()
         reader = threading.Thread(target=_lines, args=(process, found), daemon=True)
         reader.start()
-        ended = _follow(result, found, limit_s)
+        ended = _follow(process, result, found, limit_s, patience)
         process.kill()
         error = (process.communicate()[1] or "").strip().splitlines()
         if ended == "end" or ended is None:
@@ -60,13 +71,28 @@ def fuzz(name, count, seed=0, limit_s=LIMIT_S, say=lambda text: None, module="te
     return result
 
 
-def _follow(result, found, limit_s):
+def _cpu_s(process):
+    """Processor seconds of a process so far; those of one that has ended are not known."""
+    try:
+        return sum(psutil.Process(process.pid).cpu_times()[:2])
+    except psutil.Error:
+        return 0.0
+
+
+def _follow(process, result, found, limit_s, patience):
     """Count what a worker says until it ends; "end" where it came to its end, else the last loss is left open."""
     given, ready = None, False
+    worked, waited = 0.0, 0
     while True:
         try:
             line = found.get(timeout=limit_s)
+            worked, waited = _cpu_s(process), 0
         except queue.Empty:
+            waited += 1
+            if waited < patience and _cpu_s(process) - worked < limit_s:
+                continue
+            if not ready:
+                return "no beginning"
             result["losses"].append(
                 {"kind": "hang", "said": f"over {limit_s:g} s", "input": given, "open": True}
             )

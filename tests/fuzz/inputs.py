@@ -10,7 +10,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 from lodbench.datasets_gen.nurbs import ball, cylinder
-from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, NurbsSurface, TriangleMesh
+from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
+from lodbench.datasets_gen.surfaces import BezierPatches, TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere
 
 ODD = (

@@ -96,7 +96,7 @@ def _fuzzed(monkeypatch, name):
         fuzz.subprocess, "Popen",
         lambda words, **options: popen([sys.executable, "-c", WORKER, *words[3:]], **options),
     )  # fmt: skip
-    return fuzz.fuzz(name, 4, limit_s=3.0)
+    return fuzz.fuzz(name, 4, limit_s=3.0, patience=1)
 
 
 def test_rows_that_are_doubled_are_seen():
