@@ -11,6 +11,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
+from lodbench.harness.measure.areas import vertex_areas
 from lodbench.harness.measure.border import border_distance
 from lodbench.kernels.opencl import Unsupported
 
@@ -130,22 +131,13 @@ def distance_from(
     step = -(-reference.vertex_count // COMPARED) | 1
     points = _placed(reference, reference.positions[::step], frame)
     squared, _ = located.nearest(points)
-    areas = _vertex_areas(reference)[::step]
+    areas = vertex_areas(reference)[::step]
     return {
         "mean_difference": float((np.sqrt(squared) * areas).sum() / (areas.sum() or 1.0)),
         "rms_difference": float(np.sqrt(squared.mean())),
         "max_difference": float(np.sqrt(squared.max())),
         "compared_points": len(points),
     }
-
-
-@lru_cache(maxsize=1)
-def _vertex_areas(mesh: TriangleMesh) -> NDArray[np.float64]:
-    """The area of the triangles at each vertex, (n,), model units squared times two."""
-    a, b, c = (mesh.positions[corner].astype(np.float64) for corner in mesh.triangles.T)
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    found = [np.bincount(corner, areas, mesh.vertex_count) for corner in mesh.triangles.T]
-    return np.sum(found, axis=0)
 
 
 def measure(

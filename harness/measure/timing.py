@@ -110,8 +110,8 @@ def interleave(
         samples: counted samples per subject; None takes at least 10, more of quick subjects.
         budget: no new turn that would not fit, by each subject's last frame, once every subject has a counted sample.
         narrow: the half-width, relative to it, of a ratio's 95 % interval that is good enough. Sampling goes on for it
-            through 200 turns at most, as long as the budget lasts; without one, or with one that has no end, for a
-            second. 0, or an exact number of samples, takes no more.
+            through 200 turns at most, as long as the budget lasts; without one, or with one that has no end, for half
+            a second. 0, or an exact number of samples, takes no more.
 
     Turn 0 is the first frame, which the caller has run.
     """
