@@ -15,7 +15,7 @@ from lodbench.kernels.inputs import as_mesh, taken, with_triangles
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import check
 from lodbench.kernels.result import Result
-from lodbench.kernels.targets import given_target
+from lodbench.kernels.targets import given_targets
 
 Points = NDArray[np.floating]  # float32 where such came in, else float64
 Faces = NDArray[np.uint32]
@@ -62,7 +62,8 @@ def simplify_mesh(
         target_count: triangles left at most; the result has at least 95 % of them, or `counters` says by how much it
             misses: `target_gap`, triangles short of `target`, negative where a method can leave no fewer but none.
         cells: cells along the longest box axis (cubic cells), or (nx, ny, nz); at most 2**27 in all.
-        max_error: as a share of the bounding-box diagonal, of a method that keeps to one.
+        max_error: as a share of the bounding-box diagonal, of a method that keeps to one; beside another target for
+            edge_collapse, which stops at what is met first.
         method: a system's name, of those with the verb simplify; None takes "auto" for a mesh: by size, target and
             options one of them, and `counters` say which and why.
         **options: the method's own, those of its Params, such as placement="average"; of a clustering also
@@ -84,10 +85,7 @@ def simplify_mesh(
         "target_reduction": target_reduction, "target_count": target_count, "cells": cells,
         "max_error": max_error,
     }  # fmt: skip
-    given = given_target(targets)
-    if given is None:
-        raise ValueError(f"{', '.join(targets)}: expected one of them, got none")
-    result = chosen(open_device(device), surface, **{given: targets[given]}, **options)
+    result = chosen(open_device(device), surface, **given_targets(targets), **options)
     return _placed(result, surface)
 
 

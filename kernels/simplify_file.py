@@ -18,7 +18,7 @@ from lodbench.kernels.api import open_device, simplify_mesh
 from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.parameters import check, shown
 from lodbench.kernels.result import Left, Told
-from lodbench.kernels.targets import given_target
+from lodbench.kernels.targets import given_targets
 
 MINIMUM = 64 << 20
 """Bytes below which `memory` is refused: a batch, a window of the file and a small grid."""
@@ -130,8 +130,7 @@ def simplify_file(
 
     source, out = Path(source), Path(out)
     targets = {"target_reduction": target_reduction, "target_count": target_count, "cells": cells}
-    if given_target(targets | options) is None:
-        raise ValueError(f"{', '.join(targets)}: expected one of them, got none")
+    given_targets(targets | options)
     read.check_writable(out)
     if memory is not None:
         allowed = memory_bytes(memory)

@@ -6,17 +6,32 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 from lodbench.kernels.parameters import Parameters, Range
 
 TARGETS = ("target_reduction", "target_count", "cells", "max_error")
-"""Fields of a simplifier's Params of which at most one may be given; a system has those that it can keep to."""
+"""Fields of a simplifier's Params of which at most one may be given; a system has those that it can keep to, and says
+which may stand beside another."""
 
 CLOSE = 0.95
 """At least this share of a target counts as met."""
 
 T = TypeVar("T", bound="Target")
+
+
+def given_targets(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The targets among `values` that are not None; `max_error` beside another is the method's to take or to refuse.
+
+    Raises:
+        ValueError: more than one of the others, or none at all.
+    """
+    given = {name: values[name] for name in TARGETS if values.get(name) is not None}
+    if not given:
+        names = ", ".join(name for name in TARGETS if name in values)
+        raise ValueError(f"{names}: expected one of them, got none")
+    given_target({name: value for name, value in given.items() if name != "max_error"})
+    return given
 
 
 def given_target(values: Mapping[str, Any]) -> str | None:
@@ -44,9 +59,12 @@ class Target(Parameters):
     target_reduction: Annotated[float, Range(0, 1, open="high")] | None = None
     target_count: Annotated[int, Range(1)] | None = None
 
+    BESIDE: ClassVar[tuple[str, ...]] = ()
+    """Of `TARGETS`, what may stand beside another one."""
+
     def __post_init__(self) -> None:
         super().__post_init__()
-        given_target(vars(self))
+        given_target({name: value for name, value in vars(self).items() if name not in self.BESIDE})
 
     def counted(self: T, triangle_count: int) -> T:
         """The same with `target_count` in place of a reduction of so many triangles."""

@@ -13,9 +13,10 @@ from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.host import HostPrepared
 from lodbench.kernels.nurbs.grids import Grid, placed
+from lodbench.kernels.nurbs.judged import judged
 from lodbench.kernels.nurbs.params import Level, NurbsParams
 from lodbench.kernels.nurbs.samples import Samples
-from lodbench.kernels.nurbs.tessellated import judged, sampled, vertex_total
+from lodbench.kernels.nurbs.tessellated import sampled, vertex_total
 from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Parameters
 from lodbench.kernels.system import Check, Frame

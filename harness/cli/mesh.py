@@ -44,6 +44,11 @@ def _cells(text: str | None) -> Any:
         raise ValueError(f"cells: expected N or NX,NY,NZ, got {text!r}") from None
 
 
+def _bounded(max_error: float | None, settings: dict[str, Any]) -> dict[str, Any]:
+    """The settings, with the largest error among them where it is given by its own option."""
+    return settings if max_error is None else settings | {"max_error": max_error}
+
+
 def _finish(
     result: Any,
     source: Source,
@@ -148,6 +153,14 @@ def simplify(
     cells: Annotated[
         str | None, typer.Option("--cells", "-c", help="Grid cells: N, or NX,NY,NZ.")
     ] = None,
+    max_error: Annotated[
+        float | None,
+        typer.Option(
+            "--max-error",
+            help="Largest distance from the input, share of the bounding-box diagonal, of methods that keep to one: "
+            "edge_collapse and octrees.",
+        ),
+    ] = None,
     method: Annotated[
         str | None,
         typer.Option(
@@ -201,6 +214,8 @@ def simplify(
 
     Piped: lodbench simplify - - --format obj -n 500 < small.ply > smaller.obj
 
+    As few as are so near: lodbench simplify torus_20k near.ply --max-error 0.002 --method edge_collapse
+
     Several levels in one GLB or glTF; as OUT_0.ply, OUT_1.ply ... in other formats:
 
     Example: lodbench simplify torus_20k levels.glb -n 9000 --method level_chain -s levels=4
@@ -215,10 +230,12 @@ def simplify(
             raise ValueError("memory: expected no region, view or warp beside it, got one")
         return _within(
             memory, source, target, json_output, quiet, target_reduction=target_reduction,
-            target_count=target_count, cells=grid, method=method, device=device, **parameters(settings),
+            target_count=target_count, cells=grid, method=method, device=device,
+            **_bounded(max_error, parameters(settings)),
         )  # fmt: skip
     found = read_source(source)
-    extra = parameters(settings) | warping(region, view, warp, found.surface)
+    extra = _bounded(max_error, parameters(settings))
+    extra |= warping(region, view, warp, found.surface)
     opened = Device.open(device)
     started = time.perf_counter()
     result = simplify_mesh(

@@ -11,6 +11,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
+from lodbench.harness.measure.areas import vertex_areas
+from lodbench.harness.measure.border import border_distance
 from lodbench.kernels.opencl import Unsupported
 
 POINTS_LIMIT = 1_000_000  # vertices or centroids looked up per mesh: a few seconds
@@ -125,27 +127,17 @@ def distance_from(
         raise ValueError("result: expected triangles to compare, got none")
     frame = _origin(result), result.box[0], diagonal or 1.0
     located = Located(result, frame)
-    step = (
-        -(-reference.vertex_count // COMPARED) | 1
-    )  # odd: no row of a pattern is met at one place alone
+    # odd: no row of a pattern is met at one place alone
+    step = -(-reference.vertex_count // COMPARED) | 1
     points = _placed(reference, reference.positions[::step], frame)
     squared, _ = located.nearest(points)
-    areas = _vertex_areas(reference)[::step]
+    areas = vertex_areas(reference)[::step]
     return {
         "mean_difference": float((np.sqrt(squared) * areas).sum() / (areas.sum() or 1.0)),
         "rms_difference": float(np.sqrt(squared.mean())),
         "max_difference": float(np.sqrt(squared.max())),
         "compared_points": len(points),
     }
-
-
-@lru_cache(maxsize=1)
-def _vertex_areas(mesh: TriangleMesh) -> NDArray[np.float64]:
-    """The area of the triangles at each vertex, (n,), model units squared times two."""
-    a, b, c = (mesh.positions[corner].astype(np.float64) for corner in mesh.triangles.T)
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    found = [np.bincount(corner, areas, mesh.vertex_count) for corner in mesh.triangles.T]
-    return np.sum(found, axis=0)
 
 
 def measure(
@@ -166,9 +158,9 @@ def measure(
         `flipped_triangles`: triangles of the result that face away (a negative dot product) from the triangle of the
             reference nearest to their centroid; triangles without area are not counted. On a sheet thinner than the
             error this may be the sheet's other side. None above 1,000,000 triangles.
+        `border_error`: largest distance between the borders, either way; see `border.border_distance`.
         `error_samples`: samples per direction. `error_vertices`: vertices tested, at most 1,000,000 per mesh.
-        All errors are 0 when both meshes have no triangles, and None when one of them has none.
-        And what `topology` counts in the result.
+        All errors are 0 when both meshes have no triangles, None when one has none. And what `topology` counts.
 
     Raises:
         Unsupported: libigl is not installed.
@@ -182,7 +174,7 @@ def measure(
     if not reference.triangle_count or not result.triangle_count:
         error = 0.0 if reference.triangle_count == result.triangle_count else None
         return {
-            "rms_error": error, "rms_error_back": error, "max_error": error,
+            "rms_error": error, "rms_error_back": error, "max_error": error, "border_error": None,
             "flipped_triangles": 0, "error_samples": 0, "error_vertices": 0, **topology(result),
         }  # fmt: skip
     rng = np.random.default_rng(seed)
@@ -203,6 +195,7 @@ def measure(
         "rms_error": figures[0],
         "rms_error_back": figures[1],
         "max_error": largest,
+        "border_error": border_distance(reference, result),
         "flipped_triangles": flipped,
         "error_samples": samples,
         "error_vertices": tested,

@@ -121,6 +121,7 @@ TABLE = Table(
         Column("vertices_out", "points out"),
         *WALL_COLUMNS,
         *QUALITY_COLUMNS,
+        Column("border_error", "border's largest move", "1"),
         Column("rms_error_share", "RMS error as a share of fast_simplification's", "1", brief=True),
         Column(
             "rms_error_share_of_careful",

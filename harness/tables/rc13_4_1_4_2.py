@@ -45,7 +45,7 @@ TABLE = Table(
         *STATUS_COLUMNS,
     ),
     notes=(
-        "Lmax = 3: coarse triangles are three levels below the finest, 16 to a surface's side of table 4.1 and 8 to "
-        "one of table 4.2, which has twice as many segments. Distance test, high quality.",
+        "Lmax = 3: coarse triangles are three levels below the finest. Table 4.1 has up to 32 segments along a side of "
+        "a surface, table 4.2 higher factors, up to 64. Distance test, high quality.",
     ),
 )

@@ -153,12 +153,12 @@ class Adaptive(DeviceSubject):
         self._room = int(vertices), int(triangles)
         name, more = self._emit
         launch = self._program.launch(
-            name, self.cells, stage="geometry_emit", local=group_size(self.device), map=self._map,
+            name, self.cells, stage="geometry_emit", local=group_size(self.device),
             controls=self._controls, sources=self._sources, masks=self._masks,
             vertex_offsets=self._offsets[0], triangle_offsets=self._offsets[1],
             vertex_total=self._totals[0], triangle_total=self._totals[1],
             positions=self._positions, normals=self._normals, triangles=self._triangles,
-            counts=self._counts, map_stride=self._map.shape[1], side=side_vertices(self._level),
+            counts=self._counts, side=side_vertices(self._level),
             vertex_room=self._room[0], triangle_room=self._room[1], cell_count=self.cells, **more,
         )  # fmt: skip
         del self._steps[self._fixed :]

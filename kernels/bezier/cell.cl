@@ -1,7 +1,7 @@
 // A cell of a patch's parametric map, 8 x 8, and the two coarse triangles in it: what is sampled, and which nodes they have.
 //
 // Source    Concheiro 2013, chapter 3: a patch begins as coarse triangles, and a fixed pattern says where vertices may be
-// Work      functions only. Cells are sampled by bezier/row.cl, so that a vertex is that of vst to the bit
+// Work      functions only. Samples are those of vst, by bezier/row.cl
 // Reads     controls  float[64 * patches]  as bezier/patch.cl has it
 //           sources   uint [8 * patches]   of each edge (2 (4 patch + edge) + [it runs against it]) and corner (4 patch +
 //                                          corner) of a patch the one whose normals it has
@@ -90,25 +90,20 @@ static inline void bezier_cell_rows(float *points, float *normals, const bezier_
     }
 }
 
-// the normal at vertex (i, j) of a patch's border: that of the first patch of all that meet smoothly there
-static inline float3 bezier_border_normal(__global const float *restrict controls, __global const uint *restrict sources,
-    const uint p, const uint i, const uint j, const uint segments)
+// the patch whose normal vertex (i, j) of a patch's border has, and where on it: of the first of all that meet smoothly there
+static inline uint bezier_source(float2 *where, __global const uint *restrict sources, const uint p, const uint i,
+    const uint j, const uint segments)
 {
     const bool is_corner = (i == 0 || i == segments) && (j == 0 || j == segments);
     const uint edge = i == 0 ? 0 : i == segments ? 1 : j == 0 ? 2 : 3;
-    float u, v;
-    uint owner;
     if (is_corner) {
         const uint found = sources[8 * (size_t)p + 4 + (i ? 2 : 0) + (j ? 1 : 0)];
-        owner = found / 4, u = (float)(found >> 1 & 1), v = (float)(found & 1);
-    } else {
-        const uint found = sources[8 * (size_t)p + edge], there = found >> 1 & 3;
-        const uint k = edge < 2 ? j : i;
-        const float t = (float)(found & 1 ? segments - k : k) / (float)segments; // exact: segments are a power of two
-        owner = found >> 3;
-        u = there < 2 ? (float)there : t, v = there < 2 ? t : (float)(there - 2);
+        *where = (float2)((float)(found >> 1 & 1), (float)(found & 1));
+        return found / 4;
     }
-    bezier_patch patch;
-    bezier_patch_at(&patch, controls, owner);
-    return bezier_unit(bezier_cross_at(&patch, u, v), &patch, u, v);
+    const uint found = sources[8 * (size_t)p + edge], there = found >> 1 & 3;
+    const uint k = edge < 2 ? j : i;
+    const float t = (float)(found & 1 ? segments - k : k) / (float)segments; // exact: segments are a power of two
+    *where = there < 2 ? (float2)((float)there, t) : (float2)(t, (float)(there - 2));
+    return found >> 3;
 }

@@ -1,7 +1,8 @@
-// What a cell's two coarse triangles emit: the vertices of their masks, points and normals.
+// What a cell's two coarse triangles emit: the vertices of their masks, points and normals, eight at a time.
 //
-// Source    Concheiro 2013, section 3.3 (the geometry shader emits what was inserted)
-// Work      functions only
+// Source    Concheiro 2013, section 3.3 (the geometry shader evaluates and emits what was inserted)
+// Work      functions only. Sums are those of bezier/patch.cl: a vertex is the same to the bit whichever triangle emits it,
+//           and on a border the same as the neighbour's
 // Reads     controls, sources          as bezier/cell.cl has them
 // Writes    positions  float[3 * vertex_room]  packed; triangle after triangle, row after row
 //           normals    float[3 * vertex_room]  packed, unit length; nothing where NORMALS is 0
@@ -9,45 +10,102 @@
 // Plain     bezier/candidates.py
 // Defines   NORMALS (1: normals too)
 
-// the rows of the cell's samples that a mask has a node in
-static inline uint bezier_rows_used(const uint4 corners, const ulong mask)
+#pragma OPENCL FP_CONTRACT OFF
+
+#define CELL_VERTICES 96 // of both triangles, up to a whole vector
+
+// differences of a patch's rows, scaled
+static inline void bezier_steps(float16 *steps, const bezier_patch *patch)
 {
-    uint rows = 0;
-    for (uint r = 0; r <= CELL; ++r)
-        for (uint left = bezier_row_bits(mask, r); left; left &= left - 1)
-            rows |= 1u << bezier_sample(corners, r, bezier_lowest(left)) / CELL_SIDE;
-    return rows;
+    for (uint k = 0; k < 3; ++k) steps[k] = (patch->rows[k + 1] - patch->rows[k]) * patch->scale;
 }
 
-// vertices of both masks, from vertex v on
+// points at (u, v) of a patch, and unit normals
+static inline void bezier_at8(planes8 *point, planes8 *normal, const bezier_patch *patch, const float16 *steps,
+    const float8 u, const float8 v)
+{
+    const float8 s = 1.0f - u, t = 1.0f - v, uu = u * u, ss = s * s, vv = v * v, tt = t * t;
+    const float8 u0 = ss * s, u1 = ss * (3.0f * u), u2 = uu * (3.0f * s), u3 = uu * u;
+    const float8 v0 = tt * t, v1 = tt * (3.0f * v), v2 = vv * (3.0f * t), v3 = vv * v;
+    const float *P = (const float *)patch->rows, *D = (const float *)steps;
+    planes8 along_u, along_v;
+    float8 *const to = &point->x, *const across = &along_u.x, *const along = &along_v.x;
+    for (uint axis = 0; axis < 3; ++axis) {
+        float8 c[4], q[4];
+        for (uint j = 0; j < 4; ++j) {
+            const float *p = P + 4 * j + axis, *d = D + 4 * j + axis;
+            c[j] = BEZIER_CUBIC(u0, u1, u2, u3, p[0], p[16], p[32], p[48]);
+            if (NORMALS) q[j] = BEZIER_QUADRATIC(ss, 2.0f * s * u, uu, d[0], d[16], d[32]);
+        }
+        to[axis] = BEZIER_CUBIC(v0, v1, v2, v3, c[0], c[1], c[2], c[3]);
+        if (!NORMALS) continue;
+        across[axis] = BEZIER_CUBIC(v0, v1, v2, v3, q[0], q[1], q[2], q[3]);
+        along[axis] = BEZIER_QUADRATIC(tt, 2.0f * t * v, vv, (c[1] - c[0]) * patch->scale, (c[2] - c[1]) * patch->scale,
+            (c[3] - c[2]) * patch->scale);
+    }
+#if NORMALS
+    const int8 is_bad = bezier_unit8(normal, along_u, along_v);
+    if (bezier_any(is_bad)) bezier_mend8(normal, is_bad, patch, u, v);
+#endif
+}
+
+// the first `count` of eight, at most
+static inline void bezier_write8(__global float *restrict out, const planes8 a, const uint count)
+{
+    const packed8 rows = packed_rows(a);
+    if (count >= 8) {
+        vstore8(rows.first, 0, out), vstore8(rows.second, 1, out), vstore8(rows.third, 2, out);
+    } else {
+        float some[24];
+        vstore8(rows.first, 0, some), vstore8(rows.second, 1, some), vstore8(rows.third, 2, some);
+        for (uint k = 0; k < 3 * count; ++k) out[k] = some[k];
+    }
+}
+
+// vertices of both masks, from vertex `first` on
 static inline void bezier_emit(__global float *restrict positions, __global float *restrict normals,
-    __global const float *restrict controls, __global const uint *restrict sources, const bezier_map map,
-    const bezier_cell cell, const ulong2 masks, uint v, const uint side)
+    __global const float *restrict controls, __global const uint *restrict sources, const bezier_cell cell,
+    const ulong2 masks, const uint first, const uint side)
 {
     bezier_patch patch;
     bezier_patch_at(&patch, controls, cell.patch);
-    float points[CELL_FLOATS], directions[NORMALS ? CELL_FLOATS : 1];
-    const uint4 ways[2] = {bezier_corners(bezier_way(masks.x)), bezier_corners(bezier_way(masks.y))};
-    const uint rows = bezier_rows_used(ways[0], masks.x) | bezier_rows_used(ways[1], masks.y);
-    bezier_cell_rows(points, directions, &patch, map, cell, rows, side);
+    float16 steps[3];
+    bezier_steps(steps, &patch);
+    float u[CELL_VERTICES], v[CELL_VERTICES];
     const uint last = side - 1;
-    const bool is_outer = cell.i == 0 || cell.j == 0 || cell.i + CELL == last || cell.j + CELL == last;
+    const float step = 1.0f / (float)last; // exact: a power of two
+    uint count = 0;
     for (uint t = 0; t < 2; ++t) {
         const ulong mask = t ? masks.y : masks.x;
-        for (uint r = 0; r <= CELL; ++r) {
-            for (uint left = bezier_row_bits(mask, r); left; left &= left - 1, ++v) {
-                const uint c = bezier_lowest(left), at = bezier_sample(ways[t], r, c);
-                vstore3(vload3(at, points), v, positions);
-#if NORMALS
-                float3 n = vload3(at, directions);
-                if (is_outer) {
-                    const uint i = cell.i + at / CELL_SIDE, j = cell.j + at % CELL_SIDE;
-                    if (i == 0 || i == last || j == 0 || j == last)
-                        n = bezier_border_normal(controls, sources, cell.patch, i, j, last);
-                }
-                vstore3(n, v, normals);
-#endif
+        const uint4 corners = bezier_corners(bezier_way(mask));
+        for (uint r = 0; r <= CELL; ++r)
+            for (uint left = bezier_row_bits(mask, r); left; left &= left - 1, ++count) {
+                const uint at = bezier_sample(corners, r, bezier_lowest(left));
+                u[count] = (float)(cell.i + at / CELL_SIDE) * step, v[count] = (float)(cell.j + at % CELL_SIDE) * step;
             }
-        }
     }
+    for (uint k = count; k % 8; ++k) u[k] = v[k] = 0.5f;
+    for (uint k = 0; k < count; k += 8) {
+        planes8 p, n;
+        bezier_at8(&p, &n, &patch, steps, vload8(0, u + k), vload8(0, v + k));
+        bezier_write8(positions + 3 * (size_t)(first + k), p, count - k);
+#if NORMALS
+        bezier_write8(normals + 3 * (size_t)(first + k), n, count - k);
+#endif
+    }
+#if NORMALS
+    if (cell.i && cell.j && cell.i + CELL < last && cell.j + CELL < last) return;
+    for (uint k = 0; k < count; ++k) {
+        if (u[k] > 0.0f && u[k] < 1.0f && v[k] > 0.0f && v[k] < 1.0f) continue;
+        float2 where;
+        const uint owner = bezier_source(
+            &where, sources, cell.patch, (uint)(u[k] * (float)last), (uint)(v[k] * (float)last), last);
+        if (owner == cell.patch && where.x == u[k] && where.y == v[k]) continue;
+        bezier_patch_at(&patch, controls, owner);
+        bezier_steps(steps, &patch);
+        planes8 p, n;
+        bezier_at8(&p, &n, &patch, steps, (float8)(where.x), (float8)(where.y));
+        vstore3((float3)(n.x.s0, n.y.s0, n.z.s0), first + k, normals);
+    }
+#endif
 }

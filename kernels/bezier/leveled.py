@@ -12,19 +12,24 @@ from typing import Any
 
 import numpy as np
 
-from lodbench.datasets_gen.surfaces import BezierPatches, Floats, TriangleMesh
+from lodbench.datasets_gen.surfaces import BezierPatches, TriangleMesh
 from lodbench.kernels.bezier import borders
 from lodbench.kernels.bezier.arrangement import Arrangement
 from lodbench.kernels.bezier.lattice import side_vertices
 from lodbench.kernels.bezier.level_params import LeveledParams
-from lodbench.kernels.bezier.reference import Doubles, normals_at, points_at
+from lodbench.kernels.bezier.level_places import (
+    border_places,
+    edge_levels,
+    judged,
+    screen_rows,
+    snapped_vertices,
+)
+from lodbench.kernels.bezier.sources import normal_sources
 from lodbench.kernels.bezier.tessellated import (
-    CHECKED,
     CONTROL_FLOATS,
-    NORMAL_LIMIT,
-    POSITION_LIMIT,
     check_size,
     control_rows,
+    shared_normals,
     vertex_total,
 )
 from lodbench.kernels.launching import group_size
@@ -34,26 +39,9 @@ from lodbench.kernels.subject import POINT, DeviceSubject, Step
 from lodbench.kernels.system import Check, DeviceSurface, Frame, View
 
 INDEX_CHUNK = 256  # as in levels.cl
-CORNERS = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])  # u, v
 
 Launches = Callable[["Leveled", int], Iterable[Launch]]
 """What writes points and normals of the patches of one level: those of others return at once."""
-
-
-def screen_rows(view: View) -> tuple[Any, Any, Any]:
-    """Four numbers each that bring (x, y, z, 1) to pixels times w, and to w."""
-    clip = np.asarray(view.world_to_clip, np.float64)
-    rows = clip[0] * view.width / 2, clip[1] * view.height / 2, clip[3]
-    scale = max(float(np.abs(clip[3]).max()), 1e-37)
-    x, y, w = (tuple((row / scale).tolist()) for row in rows)
-    return x, y, w
-
-
-def edge_levels(found: borders.Borders, levels: borders.Numbers) -> borders.Numbers:
-    """Of every edge, (m, 4), from its patches' levels, (m,): that of the coarsest that has it."""
-    least = np.full(int(found.curve.max(initial=-1)) + 1, 1 << 30)
-    np.minimum.at(least, found.curve, np.broadcast_to(levels[:, None], found.curve.shape))
-    return least[found.curve]
 
 
 class Leveled(DeviceSubject):
@@ -180,7 +168,7 @@ class Leveled(DeviceSubject):
 
     def _join(self, program: Any) -> None:
         """Points on borders, normals there, and triangles."""
-        places, owners = border_places(self._arrangements), normal_owners(self._borders)
+        places, owners = border_places(self._arrangements), normal_sources(self._borders)
         topology = [one.triangles for one in self._arrangements]
         with self.setup.host("upload"):
             held = {
@@ -195,7 +183,7 @@ class Leveled(DeviceSubject):
             }
         local = group_size(self.device)
         snap = program.launch(
-            "bezier_snap", self.count, stage="snap", local=1, controls=self.controls, levels=self.levels,
+            "bezier_levels_snap", self.count, stage="snap", local=1, controls=self.controls, levels=self.levels,
             edge_levels=self._edges, offsets=self.offsets, vertex_total=self._totals[0],
             triangle_total=self._totals[1], places=held["places"], place_starts=held["place_starts"],
             owners=held["owners"], positions=self.positions, normals=self.normals, counts=self._counts,
@@ -204,7 +192,7 @@ class Leveled(DeviceSubject):
         self.add(snap)
         chunks = -(-2 * 4**self.finest // INDEX_CHUNK)
         indices = program.launch(
-            "bezier_indices", self.count * chunks, stage="indices", local=local, levels=self.levels,
+            "bezier_levels_indices", self.count * chunks, stage="indices", local=local, levels=self.levels,
             offsets=self.offsets, triangle_offsets=self._offsets[1], topology=held["topology"],
             topology_starts=held["topology_starts"], triangles=self._triangles, chunks=chunks,
             patch_count=self.count,
@@ -231,20 +219,7 @@ class Leveled(DeviceSubject):
 
     def vertices(self) -> tuple[borders.Numbers, borders.Numbers, borders.Numbers]:
         """Of every vertex of the last frame its patch and where it stands, i and j on the finest lattice, (n,) each."""
-        levels, edges = self.levels_of_last()
-        parts = []
-        for patch, (level, own) in enumerate(zip(levels, edges, strict=True)):
-            n = 1 << int(level)
-            i, j = np.divmod(self._arrangements[level].places, n + 1)
-            at = np.stack([i, j], axis=1)
-            for edge in range(4):
-                axis, end = divmod(edge, 2)
-                on = (at[:, axis] == end * n) & ~((axis == 1) & ((i == 0) | (i == n)))
-                drop = int(level - own[edge])
-                at[on, 1 - axis] = at[on, 1 - axis] >> drop << drop
-            parts.append(np.column_stack([np.full(len(at), patch), at << int(self.finest - level)]))
-        found = np.concatenate([np.zeros((0, 3), np.int64), *parts])
-        return found[:, 0], found[:, 1], found[:, 2]
+        return snapped_vertices(self._arrangements, *self.levels_of_last())
 
     def welded(self) -> TriangleMesh:
         """The last frame's mesh with every shared vertex once, and triangles that have come together left out.
@@ -257,13 +232,13 @@ class Leveled(DeviceSubject):
         number, _ = borders.sharing(self._borders, self.finest)
         key = number[patch, i * side + j]
         _, first, vertex = np.unique(key, return_index=True, return_inverse=True)
-        vertex = vertex.reshape(-1)
-        triangles = vertex[mesh.triangles.astype(np.int64)].astype(np.uint32)
+        vertex = vertex.reshape(-1).astype(np.uint32)
+        triangles = vertex[mesh.triangles]
         a, b, c = triangles.T
         triangles = triangles[(a != b) & (b != c) & (c != a)]
         used = np.zeros(len(first), np.bool_)  # a vertex of a patch that has none left
         used[triangles] = True
-        normals = None if mesh.normals is None else _mean_normals(mesh.normals, vertex, first)
+        normals = None if mesh.normals is None else shared_normals(mesh.normals, vertex, first)
         renumbered = np.cumsum(used) - 1
         return TriangleMesh(
             mesh.positions[first][used],
@@ -274,26 +249,7 @@ class Leveled(DeviceSubject):
     def check(self) -> Check:
         """Points and normals of some patches at their levels, spread over all, against float64."""
         (mesh,) = self.result()
-        patch, i, j = self.vertices()
-        last = max(self.count - 1, 0)
-        chosen = np.unique(np.linspace(0, last, min(CHECKED, self.count)).astype(np.int64))
-        box = self._patches.points.reshape(-1, 3).astype(np.float64)
-        size = np.linalg.norm(np.ptp(box, axis=0)) if len(box) else 1.0
-        size = max(float(size), float(np.abs(box).max(initial=0)), 1e-37)
-        worst = 0.0
-        for p in chosen:
-            rows = np.flatnonzero(patch == p)
-            P = self._patches.points[p : p + 1].astype(np.float64)
-            u, v = (values[rows] / (1 << self.finest) for values in (i, j))
-            off = np.abs(mesh.positions[rows] - points_at(P, u, v)[0]).max(initial=0)
-            worst = float(np.max([worst, off / (size * POSITION_LIMIT)]))  # NaN is worst
-            if mesh.normals is not None:
-                worst = float(np.max([worst, _turned(P, u, v, mesh.normals[rows]) / NORMAL_LIMIT]))
-        what = (
-            "largest error, of points as a share of 1e-6 of the box and of normals as a share of 0.1 degree, "
-            f"{len(chosen)} of {self.count} patches"
-        )
-        return Check(worst <= 1, what, worst, 1.0)
+        return judged(self._patches, self.finest, mesh, *self.vertices())
 
     def more_counters(self) -> Mapping[str, int | float]:
         """The patches, their levels, and which of their borders are one."""
@@ -309,41 +265,5 @@ class Leveled(DeviceSubject):
         }
 
 
-def _turned(P: Doubles, u: Doubles, v: Doubles, normals: Floats) -> float:
-    expected, certain = normals_at(P, u, v)
-    return float(np.linalg.norm(normals - expected[0], axis=-1)[certain[0]].max(initial=0))
-
-
-def _mean_normals(normals: Floats, vertex: borders.Numbers, first: borders.Numbers) -> Floats:
-    """Of each welded vertex: what all who share it have, or the mean of theirs."""
-    sums = np.stack([np.bincount(vertex, normals[:, k], len(first)) for k in range(3)], axis=1)
-    length = np.linalg.norm(sums, axis=1, keepdims=True)
-    mean = np.where(length > 1e-6, sums / np.where(length > 0, length, 1), normals[first])
-    mixed = np.zeros(len(first), np.bool_)
-    mixed[vertex[(normals != normals[first][vertex]).any(axis=1)]] = True
-    return np.where(mixed[:, None], mean, normals[first]).astype(np.float32)
-
-
 def _starts(parts: Sequence[np.ndarray]) -> np.ndarray:
     return np.cumsum([0, *map(len, parts)]).astype(np.uint32)
-
-
-def border_places(arrangements: Sequence[Arrangement]) -> list[borders.Numbers]:
-    """Of each level the vertices on a patch's border: slot, i and j, (k, 3)."""
-    found = []
-    for level, one in enumerate(arrangements):
-        n = 1 << level
-        i, j = np.divmod(one.places, n + 1)
-        slots = np.flatnonzero((i == 0) | (i == n) | (j == 0) | (j == n))
-        found.append(np.stack([slots, i[slots], j[slots]], axis=1))
-    return found
-
-
-def normal_owners(found: borders.Borders) -> np.ndarray:
-    """Whose normals a patch's edges and corners have, (m, 8) uint32, as levels.cl reads them."""
-    count = len(found.curve)
-    own = np.arange(4 * count).reshape(count, 4)
-    edge = np.where(found.smooth, found.owner, own)
-    against = found.turned != found.turned.ravel()[edge]
-    packed = 2 * edge + (against & found.smooth)
-    return np.concatenate([packed, found.corner_owner], axis=1).astype(np.uint32)

@@ -2,7 +2,7 @@
 //
 // Source    Concheiro 2013, chapter 2: the level is chosen for each object and camera; that patches choose, and how
 //           neighbours of different level meet, is a reconstruction
-// Work      bezier_levels and bezier_snap: 1-D over patches; bezier_indices: 1-D over chunks of a patch's triangles
+// Work      bezier_levels and bezier_levels_snap: 1-D over patches; bezier_levels_indices: 1-D over chunks of a patch's triangles
 // Reads     controls       float[64 * patches]  as bezier/patch.cl has it
 //           slots          uint [levels]        vertices of a patch, by level
 //           places         uint [3 * borders]   slot, i and j of every vertex on a border, level after level
@@ -88,7 +88,7 @@ static inline float2 levels_place(const uint edge, const float t)
     return edge < 2 ? (float2)((float)edge, t) : (float2)(t, (float)(edge - 2));
 }
 
-__kernel void bezier_snap(
+__kernel void bezier_levels_snap(
     __global const float *restrict controls,
     __global const uint *restrict levels,
     __global const uint *restrict edge_levels,
@@ -150,7 +150,7 @@ __kernel void bezier_snap(
 
 #define INDEX_CHUNK 256 // triangles of an item
 
-__kernel void bezier_indices(
+__kernel void bezier_levels_indices(
     __global const uint *restrict levels,
     __global const uint *restrict offsets,
     __global const uint *restrict triangle_offsets,

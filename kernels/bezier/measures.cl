@@ -47,12 +47,11 @@ static inline float3 bezier_compared(const float3 p, const float2 measure, const
 }
 
 // a point of each row of a block, at a column of its own
-static inline planes8 bezier_across(const bezier_block *block, const float8 t)
+static inline void bezier_across(planes8 *p, const bezier_block *block, const float8 t)
 {
     const float8 *m = block->point, tt = t * t;
 #define ACROSS(k) (fma(tt, m[k + 2], m[k]) + t * fma(tt, m[k + 3], m[k + 1]))
-    const planes8 p = {ACROSS(0), ACROSS(4), ACROSS(8)};
-    return p;
+    p->x = ACROSS(0), p->y = ACROSS(4), p->z = ACROSS(8);
 }
 
 // the samples on the cell's edges and diagonals alone
@@ -70,9 +69,11 @@ static inline void bezier_outline(float *out, const bezier_patch *patch, const b
     }
     __global const float *t = map.weights + 7 * map.stride + cell.j;
     const float8 along = vload8(0, t), back = vload8(0, t + 1);
-    const planes8 down = bezier_across(&block, along);
-    const planes8 up = bezier_across(&block, SHUFFLE8(back, back, 7, 6, 5, 4, 3, 2, 1, 0));
-    planes8 first = bezier_across(&block, (float8)(t[0])), last = bezier_across(&block, (float8)(t[CELL]));
+    planes8 down, up, first, last;
+    bezier_across(&down, &block, along);
+    bezier_across(&up, &block, SHUFFLE8(back, back, 7, 6, 5, 4, 3, 2, 1, 0));
+    bezier_across(&first, &block, (float8)(t[0]));
+    bezier_across(&last, &block, (float8)(t[CELL]));
     const float8 *c = block.controls; // where a row crosses a border its own control points are the border's
     if (cell.j == 0) first.x = c[0], first.y = c[4], first.z = c[8];
     if (cell.j + CELL == side - 1) last.x = c[3], last.y = c[7], last.z = c[11];

@@ -9,19 +9,17 @@ import numpy as np
 
 from lodbench.datasets_gen.nurbs_surface import NurbsModel
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
-from lodbench.kernels.launching import group_size
+from lodbench.kernels.launching import group_size, kernel_defines
 from lodbench.kernels.nurbs.borders import borders_of, shared_vertices
 from lodbench.kernels.nurbs.grids import Grid, placed, tables_of
+from lodbench.kernels.nurbs.judged import judged
 from lodbench.kernels.nurbs.params import BASES, NurbsParams
-from lodbench.kernels.nurbs.reference import homogeneous, normals_at, points_at, quad_scales
+from lodbench.kernels.nurbs.reference import homogeneous, quad_scales
 from lodbench.kernels.nurbs.samples import Samples, by_side, by_span
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.subject import POINT, DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface, Stored
 
-POSITION_LIMIT = 1e-6  # of the box diagonal
-NORMAL_LIMIT = np.deg2rad(0.1)
-CHECKED_ROWS = 500  # of all surfaces' grids that a check looks at
 PLANES = 15  # of basis functions and slopes at each sample: see `nurbs/basis.cl`
 LARGEST = 1e30  # coordinate
 
@@ -43,7 +41,7 @@ def sampled(model: NurbsModel, params: NurbsParams) -> list[tuple[Samples, Sampl
 class Tessellated(DeviceSubject):
     """Surfaces on grids, all vertices of a surface one after the other.
 
-    A system adds the step that writes `positions` and `normals`, and calls `finish`.
+    A system adds the steps that come before or after, and calls `finish` when all of a frame's are there.
 
     Attributes:
         model: about the origin that float32 counts from.
@@ -107,7 +105,6 @@ class Tessellated(DeviceSubject):
                 indices.shape[0],
             ),
         )  # fmt: skip
-        self._stride = tables.stride
         if not self.vertices:
             return
         most = max(max(s.degree_u, s.degree_v) for s in model.surfaces)
@@ -124,6 +121,25 @@ class Tessellated(DeviceSubject):
             stride=tables.stride, octet_count=len(tables.octets),
         )  # fmt: skip
         self.add(launch, bytes=4 * PLANES * len(tables.samples))
+        self._add_vertices()
+
+    def _add_vertices(self) -> None:
+        """The step that writes every vertex."""
+        size = self.vertex_bytes * self.vertices
+        defines = self.defines | kernel_defines(self.device, size)
+        with self.setup.host("build"):
+            program = self.device.build("nurbs/vertex.cl", defines=defines)
+        launch = program.launch(
+            "nurbs_vertex", -(-self.vertices // defines["CHUNK"]), stage="vertex",
+            local=group_size(self.device), **self.buffers, positions=self.positions,
+            normals=self.normals, stride=self.buffers["places"].shape[1],
+            surface_count=len(self.model.surfaces), vertex_count=self.vertices,
+        )  # fmt: skip
+        terms = [s.degree_v + 1 for s in self.model.surfaces]
+        each = [6 * term * (3 if self._params.normals else 1) for term in terms]
+        flops = sum(e * grid.vertices for e, grid in zip(each, self.grids, strict=True))
+        read = self.buffers["controls"].size_bytes + self.buffers["weights"].size_bytes
+        self.add(launch, bytes=size + read, flops=flops)
 
     @property
     def vertex_bytes(self) -> int:
@@ -238,43 +254,6 @@ def _without_folds(mesh: TriangleMesh) -> TriangleMesh:
     same = [(p == q).all(axis=1) for p, q in ((a, b), (b, c), (c, a))]
     kept = ~np.any(same, axis=0)
     return mesh if kept.all() else TriangleMesh(mesh.positions, mesh.triangles[kept], mesh.normals)
-
-
-def judged(
-    model: NurbsModel, grids: Sequence[Grid], positions: Floats, normals: Floats | None
-) -> Check:
-    """Were these the points and normals of the surfaces? Some rows, spread over all, are compared with float64.
-
-    Args:
-        model: that was tessellated.
-        grids: of its surfaces.
-        positions: (vertices, 3).
-        normals: likewise, or None.
-    """
-    low, high = model.box
-    size = max(float(np.linalg.norm(high - low)), float(np.abs([low, high]).max()), 1e-37)
-    rows = sum(grid.rows for grid in grids)
-    step = max(1, rows // CHECKED_ROWS)
-    worst, seen, number = 0.0, 0, 0
-    for surface, grid in zip(model.surfaces, grids, strict=True):
-        chosen = np.flatnonzero((number + np.arange(grid.rows)) % step == 0)
-        number += grid.rows
-        if not len(chosen):
-            continue
-        seen += len(chosen)
-        u = Samples(grid.u.spans[chosen], grid.u.t[chosen])
-        at = grid.first + chosen[:, None] * grid.columns + np.arange(grid.columns)
-        off = np.abs(positions[at] - points_at(surface, u, grid.v)).max()
-        worst = np.max([worst, off / (size * POSITION_LIMIT)])  # NaN is worst
-        if normals is not None:
-            expected, certain = normals_at(surface, u, grid.v)
-            turned = np.linalg.norm(normals[at] - expected, axis=-1)
-            worst = np.max([worst, turned[certain].max(initial=0) / NORMAL_LIMIT])
-    what = (
-        "largest error, of points as a share of 1e-6 of the box and of normals as a share of 0.1 degree, "
-        f"{seen} of {rows} rows"
-    )
-    return Check(bool(worst <= 1), what, float(worst), 1.0)
 
 
 def vertex_total(grids: Sequence[Grid]) -> int:

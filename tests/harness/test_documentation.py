@@ -63,7 +63,7 @@ def test_fields_within_fields_are_explained():
     names += [*quality.topology(ball), *foreign.ROWS["limits"]["fill"]]
     names += ["rms_error", "rms_error_back", "max_error", "flipped_triangles", "error_samples"]
     names += ["rms_difference", "max_difference", "mean_difference", "compared_points"]
-    names += ["error_vertices", "content", "standin", "triangles_in", "vertices_in"]
+    names += ["border_error", "error_vertices", "content", "standin", "triangles_in", "vertices_in"]
     for name in names:
         assert f"`{name}`" in PAGE, name
 

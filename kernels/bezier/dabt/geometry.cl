@@ -74,7 +74,6 @@ __kernel void dabt_geometry_test(
 }
 
 __kernel void dabt_geometry_emit(
-    __global const float *restrict map,
     __global const float *restrict controls,
     __global const uint *restrict sources,
     __global const ulong *restrict masks,
@@ -86,7 +85,6 @@ __kernel void dabt_geometry_emit(
     __global float *restrict normals,
     __global uint *restrict triangles,
     __global uint *restrict counts,
-    const uint map_stride,
     const uint side,
     const uint vertex_room,
     const uint triangle_room,
@@ -100,10 +98,9 @@ __kernel void dabt_geometry_emit(
     if (!fits) return;
 
     const bezier_cell cell = bezier_cell_of(number, (side - 1) / CELL);
-    const bezier_map weights = {map, map_stride};
     const ulong2 both = vload2(number, masks);
     uint first = vertex_offsets[number];
-    bezier_emit(positions, normals, controls, sources, weights, cell, both, first, side);
+    bezier_emit(positions, normals, controls, sources, cell, both, first, side);
     __global uint *to = triangles + 3 * (size_t)triangle_offsets[number];
     for (uint t = 0; t < 2; ++t) {
         const ulong mask = bezier_nodes(t ? both.y : both.x);

@@ -66,7 +66,6 @@ __kernel void semi_adaptive_geometry_test(
 }
 
 __kernel void semi_adaptive_geometry_emit(
-    __global const float *restrict map,
     __global const float *restrict controls,
     __global const uint *restrict sources,
     __global const ulong *restrict candidates,
@@ -81,7 +80,6 @@ __kernel void semi_adaptive_geometry_emit(
     __global float *restrict normals,
     __global uint *restrict triangles,
     __global uint *restrict counts,
-    const uint map_stride,
     const uint side,
     const uint vertex_room,
     const uint triangle_room,
@@ -95,10 +93,9 @@ __kernel void semi_adaptive_geometry_emit(
     if (!fits) return;
 
     const bezier_cell cell = bezier_cell_of(at, (side - 1) / CELL);
-    const bezier_map weights = {map, map_stride};
     const ulong2 both = vload2(at, masks);
     uint first = vertex_offsets[at];
-    bezier_emit(positions, normals, controls, sources, weights, cell, both, first, side);
+    bezier_emit(positions, normals, controls, sources, cell, both, first, side);
     __global uint *to = triangles + 3 * (size_t)triangle_offsets[at];
     for (uint t = 0; t < 2; ++t) {
         __global const uint *list = lists + (size_t)numbers[2 * at + t] * LIST_WORDS;

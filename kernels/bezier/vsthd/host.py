@@ -66,7 +66,7 @@ def vsthd(device: Device, patches: BezierPatches, params: Params) -> Vsthd | Lev
         program = device.build("bezier/vsthd/vertex.cl", defines=own.defines | {"CHUNK": 8})
         for first, count, read in draws:
             yield program.launch(
-                f"vsthd_levels_{params.memory}", count * blocks, stage="vertex", local=group_size(device),
+                f"vsthd_vertex_levels_{params.memory}", count * blocks, stage="vertex", local=group_size(device),
                 map=weights, levels=own.levels, offsets=own.offsets, positions=own.positions,
                 normals=own.normals, map_stride=weights.shape[1], level=level, blocks=blocks,
                 first_patch=first, patch_count=count, **read,

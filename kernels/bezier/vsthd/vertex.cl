@@ -90,7 +90,7 @@ __kernel void vsthd_vertex_global(
     VSTHD_DRAW(IN_CONTROLS)
 }
 
-__kernel void vsthd_levels_uniform(
+__kernel void vsthd_vertex_levels_uniform(
     __global const float *restrict map,
     __constant float *uniforms,
     __global const uint *restrict levels,
@@ -106,7 +106,7 @@ __kernel void vsthd_levels_uniform(
     VSTHD_LEVELS(IN_UNIFORMS)
 }
 
-__kernel void vsthd_levels_texture(
+__kernel void vsthd_vertex_levels_texture(
     __global const float *restrict map,
     read_only image2d_t texels,
     __global const uint *restrict levels,
@@ -122,7 +122,7 @@ __kernel void vsthd_levels_texture(
     VSTHD_LEVELS(IN_TEXELS)
 }
 
-__kernel void vsthd_levels_global(
+__kernel void vsthd_vertex_levels_global(
     __global const float *restrict map,
     __global const float *restrict controls,
     __global const uint *restrict levels,

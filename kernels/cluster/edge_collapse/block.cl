@@ -12,6 +12,8 @@
 #define SLOTS (4 * BLOCK) // of the hash table: BLOCK is a power of two
 #define EDGES (4 * BLOCK)  // that a block's queue can ever hold
 #define NONE 0xFFFFu
+#define FOLD -0.5f // cosine of the normals at folds, which are held always
+#define BENT 0.64f // square of the share that is left of normals in their sum, where there may be a fold
 #define AHEAD 16  // triangles whose points are on their way from memory
 #define BORDER 1u  // kinds of vertices
 #define WHOLE 2u   // all of its triangles are the block's
@@ -21,7 +23,7 @@
 typedef struct {
     __global float8 *planes;   // of vertices: A as xx xy xz yy yz zz, c, triangles in the whole mesh
     __global float4 *lines;    // b
-    __global float4 *places;   // x y z
+    __global float4 *places;   // x y z, limit of the distance
     __global ulong *queue;  // cost's bits, number of the edge: a binary heap, the least first
     __global uint2 *edges;  // both ends, the sum of their versions
     __global uint *ids;     // the vertex of the mesh
@@ -58,7 +60,8 @@ INLINE uint2 block_others(const Block *b, const uint c)
 }
 
 // the block's number of a vertex of the mesh, given where it is met first
-INLINE uint block_number(Block *b, const uint id, __global const float4 *points)
+INLINE uint block_number(Block *b, const uint id, __global const float4 *points, __global const float *limits,
+    __global const float8 *held)
 {
     uint slot = id * 2654435761u & b->slot_mask;
     while (true) {
@@ -71,8 +74,9 @@ INLINE uint block_number(Block *b, const uint id, __global const float4 *points)
     const float4 p = points[id];
     b->slots[slot] = own;
     b->ids[own] = id;
-    b->planes[own] = (float8)(0, 0, 0, 0, 0, 0, 0, p.w);
-    b->places[own] = p;
+    b->planes[own] = held ? held[id] : (float8)(0.0f);
+    b->planes[own].s7 = p.w;
+    b->places[own] = (float4)(p.xyz, limits ? limits[id] : 0.0f);
     b->lines[own] = 0.0f;
     b->head[own] = NONE;
     b->degree[own] = b->mark[own] = b->kind[own] = 0;
@@ -121,7 +125,8 @@ INLINE void block_creases(Block *b, const uint u, const float weight, const floa
 
 // the block's triangles, their vertices with quadrics, and which of these may go: those all of whose triangles it has
 INLINE void block_load(Block *b, __global const uint4 *rows, const uint count, __global const float4 *points,
-    const float border_weight, const uint keep_border, const float crease)
+    __global const float *limits, __global const float8 *held, const float border_weight, const uint keep_border,
+    const float crease)
 {
     for (b->slot_mask = 63; b->slot_mask < 4 * count - 1;) b->slot_mask = 2 * b->slot_mask + 1;
     for (uint s = 0; s <= b->slot_mask; ++s) b->slots[s] = NONE;
@@ -135,7 +140,7 @@ INLINE void block_load(Block *b, __global const uint4 *rows, const uint count, _
         const uint id[3] = {row.x, row.y, row.z};
         uint own[3];
         for (uint k = 0; k < 3; ++k) {
-            const uint v = own[k] = block_number(b, id[k], points);
+            const uint v = own[k] = block_number(b, id[k], points, limits, held);
             b->corners[4 * t + k] = v;
             b->next[4 * t + k] = b->head[v];
             b->head[v] = 4 * t + k;
@@ -149,14 +154,22 @@ INLINE void block_load(Block *b, __global const uint4 *rows, const uint count, _
         const float square = dot(n, n);
         if (!(square > 0.0f)) continue;
         const float8 plane = quadric_plane(n, 0.5f * rsqrt(square));  // area times the unit normal's square
-        for (uint k = 0; k < 3; ++k) b->planes[own[k]] += plane;
+        const float4 bend = (float4)(n, sqrt(square));
+        for (uint k = 0; k < 3; ++k) {
+            b->planes[own[k]] += plane;
+            b->lines[own[k]] += bend;
+        }
     }
     for (uint v = 0; v < b->vertices; ++v) {
         b->given[v] = b->degree[v];
         b->version[v] = b->planes[v].s7 == (float)b->degree[v];
         const bool rim = b->kind[v] != 0;
         b->kind[v] = b->version[v] ? WHOLE : 0;
-        if (crease > -1.0f && b->version[v]) block_creases(b, v, border_weight, crease);
+        // folds are seen in the sum of the normals, so that most vertices need not be looked at edge by edge
+        const float4 bend = b->lines[v];
+        b->lines[v] = 0.0f;
+        const bool bent = crease > FOLD || dot(bend.xyz, bend.xyz) < BENT * bend.w * bend.w;
+        if (bent && b->version[v]) block_creases(b, v, border_weight, crease);
         if (!rim || !b->version[v]) continue;
         b->kind[v] |= BORDER;
         if (keep_border)

@@ -102,6 +102,13 @@ INLINE void collapse_level(const Block *b, const uint u, const uint v, Quadrics 
     if (dot(s, s) < dot(edge, edge)) quadric_move(merged, s);
 }
 
+// does the collapse cost more in the mean than the square of the lesser limit of its ends?
+INLINE bool collapse_strays(const Block *b, const uint u, const uint v, const Quadrics *merged)
+{
+    const float limit = fmin(b->places[u].w, b->places[v].w);
+    return merged->c.s0 > limit * limit * (merged->xx.s0 + merged->yy.s0 + merged->zz.s0);
+}
+
 // v takes over the triangles of u but for those with both
 INLINE void collapse_join(Block *b, const uint u, const uint v, const Quadrics *merged)
 {
@@ -133,7 +140,8 @@ INLINE void collapse_join(Block *b, const uint u, const uint v, const Quadrics *
     b->planes[v] = (float8)(merged->xx.s0, merged->xy.s0, merged->xz.s0, merged->yy.s0, merged->yz.s0, merged->zz.s0,
         merged->c.s0, 0.0f);
     b->lines[v] = (float4)(merged->bx.s0, merged->by.s0, merged->bz.s0, 0.0f);
-    b->places[v] = (float4)(merged->px.s0, merged->py.s0, merged->pz.s0, 0.0f);
+    const float limit = fmin(b->places[u].w, b->places[v].w);
+    b->places[v] = (float4)(merged->px.s0, merged->py.s0, merged->pz.s0, limit);
 }
 
 // costs of the edges from v, whose quadric it is, to some neighbours; those below the threshold go to the queue

@@ -3,7 +3,7 @@
 // Source    Garland & Heckbert 1997, greedy by cost; the blocks and their shared threshold are ours
 // Work      1-D; items take the next block until none is left, so which takes which does not matter
 // Reads     sorted      uint4[triangle_count]     a b c, row of the input; each block has `EACH` rows
-//           quotas      uint[blocks]              pairs of triangles that a block may take away
+//           quotas      uint[blocks]              triangles that a block may take away, even but for a single one
 // Writes    histograms  uint[BINS * blocks]       edges of the blocks that are asked, by cost
 //           points      float4[vertex_count]      of vertices that moved
 //           loss        uint[vertex_count]        triangles that the block took from vertices that it shares
@@ -15,6 +15,8 @@
 //           sequence    uint4[vertex_count]       of each vertex that went, where recorded: sweep, the most that the block
 //                                                 had paid, block, its collapses before; by these, a valid order of all
 //           moves       float4[vertex_count]      where the vertex that it went to lies then, triangles that went
+//           limits      float[vertex_count]       where limited: of the root of what a collapse costs there in the mean
+//           held        float8[vertex_count]      where attributes count: quadrics besides those of planes; A, summed up
 // Needs     cluster/edge_collapse/collapse.cl
 // Defines   BLOCK (cluster/edge_collapse/block.cl)
 // Plain     cluster/edge_collapse/reference.py
@@ -41,9 +43,11 @@ __kernel void edge_collapse_geometry_sample(
     __global uint *restrict histograms,
     __global uint *restrict state,
     __global uint *restrict scratch,
+    __global const float8 *restrict held,
+    const uint holding,
     const float border_weight,
     const uint keep_border,
-    const float crease, // cosine; -1: none
+    const float crease, // cosine
     const uint takers)
 {
     const uint item = get_global_id(0);
@@ -56,7 +60,8 @@ __kernel void edge_collapse_geometry_sample(
         const uint index = atomic_inc(state + SAMPLED) * stride;
         if (index >= blocks) return;
         const uint first = index * each;
-        block_load(&b, sorted + first, min(first + each, live) - first, points, border_weight, keep_border, crease);
+        block_load(&b, sorted + first, min(first + each, live) - first, points, 0, holding ? held : 0,
+            border_weight, keep_border, crease);
         __global uint *histogram = histograms + (size_t)index * BINS;
         for (uint i = 0; i < BINS; ++i) histogram[i] = 0;
         Edges edges;
@@ -76,11 +81,15 @@ __kernel void edge_collapse_geometry_collapse(
     __global uint *restrict scratch,
     __global uint4 *restrict sequence,
     __global float4 *restrict moves,
+    __global float *restrict limits,
+    __global float8 *restrict held,
+    const uint holding,
+    const uint limited,
     const uint recorded,
     const float border_weight,
     const float turn_limit, // square of the cosine
     const uint keep_border,
-    const float crease, // cosine; -1: none
+    const float crease, // cosine
     const uint takers)
 {
     const uint item = get_global_id(0);
@@ -94,27 +103,31 @@ __kernel void edge_collapse_geometry_collapse(
         const uint index = atomic_inc(state + TAKEN);
         if (index >= blocks) return;
         const uint first = index * each;
-        block_load(&b, sorted + first, min(first + each, live) - first, points, border_weight, keep_border, crease);
+        block_load(&b, sorted + first, min(first + each, live) - first, points, limited ? limits : 0,
+            holding ? held : 0, border_weight, keep_border, crease);
         Edges edges;
         for (uint corner = 0; block_edges(&b, &corner, &edges);) geometry_append(&b, &edges, threshold);
         queue_order(&b);
-        uint left = 2 * quotas[index], collapses = 0, paid = 0;
-        while (b.queued && left) {
+        int left = quotas[index];
+        uint collapses = 0, paid = 0;
+        while (b.queued && left > 0) {
             const uint cost = b.queue[0] >> 32;
             const uint2 edge = queue_pop(&b);
             const uint u = edge.x & 0xFFFF, v = edge.x >> 16;
             if (!b.version[u] || !b.version[v] || (uint)b.version[u] + b.version[v] != edge.y) continue;
-            const uint gone = collapse_gone(&b, u, v);
-            if (!gone || gone > left) continue;
+            const int gone = collapse_gone(&b, u, v);
+            if (!gone || gone > left + (blocks == 1)) continue;
             Quadrics one, other, merged;
             block_quadric(&b, u, &one);
             block_quadric(&b, v, &other);
             quadric_merge(&one, &other, &merged);
             collapse_level(&b, u, v, &merged);
+            if (limited && collapse_strays(&b, u, v, &merged)) continue;
             const float3 place = (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
             if (collapse_turns(&b, u, v, place, turn_limit) || collapse_turns(&b, v, u, place, turn_limit)) continue;
             collapse_join(&b, u, v, &merged);
             parents[b.ids[u]] = b.ids[v];
+            if (holding) held[b.ids[v]] += held[b.ids[u]];
             left -= gone;
             paid = max(paid, cost);
             if (recorded) {
@@ -128,9 +141,10 @@ __kernel void edge_collapse_geometry_collapse(
         // back to the mesh: what belongs to the block alone as it is, of what it shares the triangles that went
         for (uint v = 0; v < b.vertices; ++v) {
             const uint id = b.ids[v];
-            if (b.kind[v] & WHOLE)
+            if (b.kind[v] & WHOLE) {
                 points[id] = (float4)(b.places[v].xyz, b.degree[v]);
-            else if (b.degree[v] != b.given[v])
+                if (limited) limits[id] = b.places[v].w;
+            } else if (b.degree[v] != b.given[v])
                 atomic_add(loss + id, (uint)(b.given[v] - b.degree[v]));
         }
         uint kept = first;

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.kernels.cluster.edge_collapse.bound import Limit
 from lodbench.kernels.cluster.edge_collapse.curve import hilbert
 from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.edge_collapse.sweeps import (
@@ -52,6 +53,7 @@ class EdgeCollapse(DeviceSubject):
     survivors   uint  [3 * triangles]   output triangles
     sources     uint  [triangles]       their rows in the input
     sequence    uint  [4 * vertices]    where recorded: by what the vertices that went are ordered
+    limits      float [vertices]        where there is a bound: what collapses may cost
     moves       float [4 * vertices]    where recorded: to where their others moved, triangles that went
     counts      uint  [2]               live output vertices and triangles
     ```
@@ -72,9 +74,12 @@ class EdgeCollapse(DeviceSubject):
         target: int,
         locked: NDArray[np.bool_] | None = None,
         recorded: bool = False,
+        limit: Limit | None = None,
+        held: NDArray[np.float64] | None = None,
     ) -> None:
         super().__init__(upload.device, upload.setup)
         self.mesh, self.params, self.target = upload.mesh, params, target
+        self._limit, self._held = limit, held
         self.hold("input", upload.positions, upload.triangles)
         self._program = upload.program
         self._vertices, self._triangles = upload.mesh.vertex_count, upload.mesh.triangle_count
@@ -112,6 +117,8 @@ class EdgeCollapse(DeviceSubject):
         self.points = self.allocate("points", (n, 4), np.float32)
         self.loss = self.allocate("loss", n, np.uint32)
         self.parents = self.allocate("parents", n, np.uint32)
+        self._limits(n)
+        self._penalties(n)
         self.rows = self.allocate("rows", (m, 4), np.uint32)
         self.block_live = self.allocate("block_live", blocks, np.uint32)
         self.state = self.allocate("state", STATE, np.uint32)
@@ -146,6 +153,26 @@ class EdgeCollapse(DeviceSubject):
             block_live=self.block_live, target=self.target, vertex_count=n,
         )  # fmt: skip
 
+    def _limits(self, n: int) -> None:
+        """What collapses may cost at each vertex, in units of `points`, if that is limited."""
+        self.limits = self.allocate("limits", 1 if self._limit is None else n, np.float32)
+        if self._limit is None:
+            return
+        unit = self.mesh.diagonal * self._prescale
+        given = self.upload("given_limits", (self._limit.distances * unit).astype(np.float32))
+        device, limits = self.device, self.limits
+        self.add(lambda timeline: device.copy(timeline, "setup", given, limits), stage="setup")
+
+    def _penalties(self, n: int) -> None:
+        """What attributes add to the quadrics, in units of `points`, if they do."""
+        self.held = self.allocate("held", (1 if self._held is None else n, 8), np.float32)
+        if self._held is None:
+            return
+        planes = np.zeros((n, 8), np.float32)
+        planes[:, :6] = self._held * self._prescale**2
+        given, device, held = self.upload("given_planes", planes), self.device, self.held
+        self.add(lambda timeline: device.copy(timeline, "setup", given, held), stage="setup")
+
     def _sweeps(self, upload: Upload) -> None:
         """As many as may be needed; those after the target is met do nothing."""
         params, m, block = self.params, self._triangles, self.params.block
@@ -168,13 +195,15 @@ class EdgeCollapse(DeviceSubject):
         within = {
             "points": self.points, "sorted": sorted_, "state": self.state, "scratch": scratch,
             "border_weight": params.border_weight, "keep_border": int(params.preserve_border),
-            "crease": params.crease_cosine, "takers": items,
+            "crease": params.crease_cosine, "takers": items, "held": self.held,
+            "holding": int(self._held is not None),
         }  # fmt: skip
         cosine = math.cos(math.radians(params.normal_limit))
         collapse = self._launch(
             "geometry_collapse", items, quotas=quotas, loss=self.loss, parents=self.parents,
-            rows=self.rows, block_live=self.block_live, turn_limit=cosine * cosine,
-            sequence=self.sequence, moves=self.moves, recorded=int(self._recorded), **within,
+            rows=self.rows, block_live=self.block_live, turn_limit=cosine * cosine, limits=self.limits,
+            limited=int(self._limit is not None), sequence=self.sequence, moves=self.moves,
+            recorded=int(self._recorded), **within,
         )  # fmt: skip
         sample = self._launch("geometry_sample", items, histograms=histograms, **within)
         keys_of = self._chunked(
@@ -191,7 +220,7 @@ class EdgeCollapse(DeviceSubject):
             state=self.state, target=self.target, goal=0, gain=0.0, least=0.0,
         )  # fmt: skip
         # what stays of each share depends on the mesh: the least that a sweep must read and write is left out
-        for sweep in sweeps(params, m, self.target):
+        for sweep in sweeps(params, m, self.target, self._limit):
             cells = sweep.along / extent if extent > 0 else 0.0
             order, bits = orders[sweep.bits], sweep.bits
             self._add(keys_of, order=order, bits=bits, low=(*low, cells), shift=(*sweep.shift, 0))
@@ -262,7 +291,8 @@ class EdgeCollapse(DeviceSubject):
         return {
             "vertices_in": self._vertices, "triangles_in": self._triangles,
             "sweeps": int(state[SWEEPS]), "collapses": int(state[COLLAPSES]),
-            **missed(self.target, self.live()[1]),
+            **(missed(self.target, self.live()[1]) if self.params.targeted else {}),
+            **({} if self._limit is None else {"tries": self._limit.tries}),
         }  # fmt: skip
 
     def check(self) -> Check:

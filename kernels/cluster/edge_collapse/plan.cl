@@ -3,19 +3,21 @@
 // Source    none, ours: a quantile of all costs, and in the last sweeps quotas that end at the target
 // Work      one item
 // Reads     histograms  uint[BINS * blocks]   edges of the blocks that were asked, by cost
-// Writes    quotas      uint[blocks]          pairs of triangles
+// Writes    quotas      uint[blocks]          triangles that a block may take away
 //           totals      uint[BINS]
 //           state       uint[16]
 // Needs     cluster/edge_collapse/state.cl
 // Plain     cluster/edge_collapse/reference.py
 
-// the cost that so many edges stay below, evenly spread in their bin; its bin
+#define FEW 64 // edges of a bin that go together, be they alike or not
+
+// the cost that so many edges stay below, evenly spread in their bin, where these are not few; its bin
 static inline uint plan_bin(__global const uint *restrict totals, const float edges, float *cost)
 {
     float below = 0.0f;
     uint bin = 0;
     for (; bin < BINS - 1 && below + totals[bin] < edges; ++bin) below += totals[bin];
-    const float share = totals[bin] ? fmin((edges - below) / totals[bin], 1.0f) : 1.0f;
+    const float share = totals[bin] > FEW ? fmin((edges - below) / totals[bin], 1.0f) : 1.0f;
     *cost = bin_cost(bin) + share * (bin_cost(bin + 1) - bin_cost(bin));
     return bin;
 }
@@ -43,7 +45,7 @@ __kernel void edge_collapse_plan_quotas(
     const uint bin = plan_bin(totals, fmax(gain * share, least) * edges, &cost);
     const ulong pairs = live > target ? (live - target + 1) / 2 : 0;
     if (least == 0.0f) { // no block alone takes more than its part of all that is to go
-        for (uint b = 0; b < blocks; ++b) quotas[b] = pairs * (b + 1) / blocks - pairs * b / blocks;
+        for (uint b = 0; b < blocks; ++b) quotas[b] = 2 * (pairs * (b + 1) / blocks - pairs * b / blocks);
     } else {
         ulong before = 0, all = 0;
         for (uint i = 0; i <= bin; ++i) all += totals[i];
@@ -51,9 +53,10 @@ __kernel void edge_collapse_plan_quotas(
         for (uint b = 0; b < blocks; ++b) {
             ulong own = before;
             for (uint i = 0; i <= bin; ++i) own += histograms[(size_t)b * BINS + i];
-            quotas[b] = pairs * own / all - pairs * before / all;
+            quotas[b] = 2 * (pairs * own / all - pairs * before / all);
             before = own;
         }
     }
+    if (blocks == 1 && live > target) quotas[0] = live - target; // the last collapse may take one more than is left
     state[THRESHOLD] = as_uint(cost);
 }

@@ -6,8 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.edge_collapse.bound import Limit, within_bound
 from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse
 from lodbench.kernels.cluster.edge_collapse.params import Params
+from lodbench.kernels.cluster.edge_collapse.penalties import penalties, weighted
 from lodbench.kernels.cluster.edge_collapse.rounds import Rounds
 from lodbench.kernels.cluster.unchanged import Unchanged
 from lodbench.kernels.cluster.upload import Upload
@@ -21,8 +23,12 @@ def prepare(
     params: Params,
     locked: NDArray[np.bool_] | None = None,
     recorded: bool = False,
+    place: NDArray[np.intp] | None = None,
+    of: TriangleMesh | None = None,
 ) -> EdgeCollapse | Unchanged:
     """The mesh uploaded and a frame ready to run; the mesh itself where all of its triangles may stay.
+
+    With `max_error` that is the last of several tries (`bound.py`), whose frames were run and compared here.
 
     Args:
         device: where it runs.
@@ -30,20 +36,42 @@ def prepare(
         params: how far, and how.
         locked: (n,), vertices that stay where they are.
         recorded: note the collapses, for `replay.py`.
+        place: with `of`, see `penalties`; None: the mesh has its attributes itself.
+        of: the mesh with the attributes.
 
     Raises:
         Unsupported: no room on the device.
+        ValueError: a weight of attributes that the mesh has not.
     """
     upload = Upload(device, mesh)
     target = params.left(mesh.triangle_count)
     if target >= mesh.triangle_count:
-        counters = {
-            "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
-            **missed(target, mesh.triangle_count),
-        }  # fmt: skip
-        setup = upload.setup
-        return Unchanged(device, mesh, upload.positions, upload.triangles, setup, counters)
+        return _unchanged(upload, params, target)
     form = Rounds if params.form_on(device.is_cpu) == "rounds" else EdgeCollapse
     with upload.setup.host("build"):
         upload.program = device.build(*form.files, defines=form.defines)
-    return form(upload, params, target, locked, recorded)
+    held = None
+    if weighted(params):
+        with upload.setup.host("penalties"):
+            places = np.arange(mesh.vertex_count) if place is None else place
+            held = penalties(mesh if of is None else of, places, params)
+
+    def make(limit: Limit | None = None) -> EdgeCollapse:
+        return form(upload, params, target, locked, recorded, limit, held)
+
+    if params.max_error is None:
+        return make()
+    with upload.setup.host("search"):
+        found = within_bound(device, mesh, params, make)
+    return found or _unchanged(upload, params, target)
+
+
+def _unchanged(upload: Upload, params: Params, target: int) -> Unchanged:
+    mesh = upload.mesh
+    counters = {
+        "vertices_in": mesh.vertex_count, "triangles_in": mesh.triangle_count,
+        **(missed(target, mesh.triangle_count) if params.targeted else {}),
+    }  # fmt: skip
+    return Unchanged(
+        upload.device, mesh, upload.positions, upload.triangles, upload.setup, counters
+    )

@@ -86,7 +86,7 @@ class Surface:
         for v in self.at:
             for w, row in self._ends(v) if v in self.border else []:
                 self._hold(v, w, row)
-            for w, *rows in self._creases(v) if params.crease_angle is not None else []:
+            for w, *rows in self._creases(v):
                 for row in rows:
                     self._hold(v, w, row)
 

@@ -22,11 +22,11 @@ FILES = tuple(
     )
 )  # fmt: skip
 PASSES = 3  # selections from the costs of one round, as in rounds_state.cl
-SHARE = 0.15  # of the edges that may go in a round
+SHARE = 0.1  # of the edges that may go in a round
 RATE = 0.1  # of the triangles that go in one, about
 MORE = 4  # rounds between two looks at whether the target is met
 MOST = 2000  # rounds, whatever comes
-DONE = 5  # word of the state
+DONE, MET = 5, 8  # words of the state
 
 
 class Rounds(EdgeCollapse):
@@ -86,12 +86,12 @@ class Rounds(EdgeCollapse):
             "cuts": make("cuts", (PASSES, BINS), np.uint32),
             "points": self.points, "rows": self.rows, "parents": self.parents, "state": self.state,
             "block_live": self.block_live, "sequence": self.sequence, "moves": self.moves,
+            "limits": self.limits, "held": self.held,
         }  # fmt: skip
-        self._shared |= {
-            "limits": make("limits", 1, np.float32),
-            "held": make("held", (1, 8), np.float32),
+        self._more = {
+            "limited": int(self._limit is not None),
+            "holding": int(self._held is not None),
         }
-        self._more = {"limited": 0, "holding": 0}
         self.fill("setup", self._shared["totals"], 0)
         self.add(self._round("ends_begin", 0, vertex_count=n))
         self.add(self._round("compact_sum", 0, target=self.target))
@@ -157,7 +157,8 @@ class Rounds(EdgeCollapse):
         self.frame, self._rows = frame, None
         for step in self._enqueued[: self._before]:
             step.enqueue(timeline)
-        share = max(self.target, 1) / max(self._triangles, 1)
+        aim = self.target if self._limit is None else max(self._limit.guess, self.target)
+        share = max(aim, 1) / max(self._triangles, 1)
         planned = max(int(math.log(share) / math.log(1 - RATE)), MORE)
         done, rounds = False, 0
         while not done and rounds < self.most_rounds:
@@ -166,6 +167,6 @@ class Rounds(EdgeCollapse):
                     launch(timeline)
                 rounds += 1
             planned = MORE
-            done = bool(self.device.read(self.state)[DONE])
+            done = bool(self.device.read(self.state)[[DONE, MET]].any())
         for step in self._enqueued[self._before :]:
             step.enqueue(timeline)

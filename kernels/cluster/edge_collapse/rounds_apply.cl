@@ -70,7 +70,7 @@ __kernel void edge_collapse_rounds_apply_winners(
     const uint chunk_count)
 {
     const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count || state[DONE]) return;
+    if (chunk >= chunk_count || ring_done(state)) return;
 
     const uint count = state[VERTICES + generation];
     const uint2 cuts_at = apply_cut(cuts + pass * BINS, ring_most(state, target, pass));

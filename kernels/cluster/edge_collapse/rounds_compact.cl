@@ -26,8 +26,7 @@ __kernel void edge_collapse_rounds_compact_sum(
 {
     const uint chunk = get_global_id(0);
     if (chunk >= chunk_count || state[DONE]) return;
-    // others may see this already: all that follows is of no use then
-    if (chunk == 0 && !ring_most(state, target, PASSES)) atomic_or(state + DONE, 1u);
+    if (chunk == 0 && !ring_most(state, target, PASSES)) state[MET] = 1; // read by no other here
 
     const uint2 range = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
     uint2 sum = (uint2)(0, 0);
@@ -55,7 +54,7 @@ __kernel void edge_collapse_rounds_compact_number(
     const uint chunk_count)
 {
     const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count || state[DONE]) return;
+    if (chunk >= chunk_count || ring_done(state)) return;
 
     const uint2 range = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
     uint2 at = (uint2)(0, 0);
@@ -100,7 +99,7 @@ __kernel void edge_collapse_rounds_compact_rings(
     const uint chunk_count)
 {
     const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count || state[DONE]) return;
+    if (chunk >= chunk_count || ring_done(state)) return;
 
     const uint2 range = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
     for (uint v = range.x; v < range.y; ++v) {

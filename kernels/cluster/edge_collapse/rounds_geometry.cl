@@ -67,7 +67,7 @@ __kernel void edge_collapse_rounds_geometry_costs(
     const uint chunk_count)
 {
     const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count || state[DONE]) return;
+    if (chunk >= chunk_count || ring_done(state)) return;
 
     const uint2 rows = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
     __global uint *histogram = histograms + (size_t)chunk * BINS;
@@ -105,7 +105,7 @@ __kernel void edge_collapse_rounds_geometry_plan(
     const float least, // share of the edges that may go in a round
     const uint patient) // triangles turn no further in the end
 {
-    if (get_global_id(0) > 0 || state[DONE]) return;
+    if (get_global_id(0) > 0 || ring_done(state)) return;
 
     uint edges = 0;
     for (uint i = 0; i < BINS; ++i) edges += totals[i];
@@ -155,7 +155,7 @@ __kernel void edge_collapse_rounds_geometry_best(
     const uint chunk_count)
 {
     const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count || state[DONE]) return;
+    if (chunk >= chunk_count || ring_done(state)) return;
 
     const uint2 rows = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
     const uint threshold = min(state[THRESHOLD], as_uint(INFINITY) - 1) + 1;

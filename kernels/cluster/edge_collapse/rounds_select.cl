@@ -92,11 +92,12 @@ __kernel void edge_collapse_rounds_select_edges(
     const uint chunk_count)
 {
     const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count || state[DONE]) return;
+    if (chunk >= chunk_count || ring_done(state)) return;
 
     const uint2 rows = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
     const uint most = ring_most(state, target, pass);
-    const float limit = state[STUBBORN] ? 0.0f : turn_limit;
+    const bool stubborn = state[STUBBORN];
+    const float limit = stubborn ? 0.0f : turn_limit;
     uint at = rows.x, tried = 0;
     for (uint u = rows.x; u < rows.y; ++u) {
         const uint cost = best[u].x, v = best[u].y;
@@ -116,8 +117,13 @@ __kernel void edge_collapse_rounds_select_edges(
             place = (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
             strays = limited && select_strays(&merged, fmin(limits[ids[u]], limits[ids[v]]));
         }
-        if (!gone || gone > most || strays || link_turns(places, ring, one, places[u].xyz, v, place, limit)
-            || link_turns(places, ring, two, places[v].xyz, u, place, limit)) {
+        bool refused = !gone || gone > most || strays, turns = true;
+        for (uint k = 0; !refused && turns && k < (stubborn ? 3 : 1); ++k) { // in the end at either end, too
+            if (k) place = places[k == 1 ? u : v].xyz;
+            turns = link_turns(places, ring, one, places[u].xyz, v, place, limit)
+                || link_turns(places, ring, two, places[v].xyz, u, place, limit);
+        }
+        if (refused || turns) {
             touched[u] = touched[v] = REFUSED;
             select_ban(ring, one, rims, u, v, costs, rim_costs);
             select_ban(ring, two, rims, v, u, costs, rim_costs);

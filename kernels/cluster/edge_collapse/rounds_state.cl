@@ -8,6 +8,7 @@
 
 #define VERTICES 1  // and the word after it: of the two generations
 #define STUBBORN 7  // the round after which triangles may turn by up to 90 degrees, since a target is missed; 0: none
+#define MET 8       // the target is met
 #define TRIED 9     // edges that won in this round, whether they went or not
 #define SHARE 12    // a float's bits: of the edges that may go in this round
 #define GONE 13     // and two words after it: triangles that went in each pass of this round
@@ -20,6 +21,8 @@
 #define FIXED 2u     // it stays where it is
 #define CHANGED 1u   // what touched a vertex: its ring is another
 #define REFUSED 2u   // its least edge may not go
+
+INLINE bool ring_done(__global const uint *restrict state) { return state[DONE] || state[MET]; }
 
 // columns of eight records of four numbers, `stride` such records apart
 INLINE fours8 ring_columns(__global const float4 *restrict records, const uint stride, const uint *v)

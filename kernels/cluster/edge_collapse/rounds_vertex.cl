@@ -83,7 +83,7 @@ __kernel void edge_collapse_rounds_vertex_quadrics(
     const uint chunk_count)
 {
     const uint chunk = get_global_id(0);
-    if (chunk >= chunk_count || state[DONE]) return;
+    if (chunk >= chunk_count || ring_done(state)) return;
 
     const uint2 rows = chunk_rows(chunk, chunk_count, state[VERTICES + generation]);
     for (uint first = rows.x; first < rows.y; first += 8) {

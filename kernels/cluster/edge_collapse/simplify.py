@@ -52,7 +52,10 @@ def simplify(
     given, place = welded(mesh) if carrying else (mesh, None)
     if locked is not None and place is not None:
         locked = np.bincount(place, locked, given.vertex_count) > 0
-    prepared = prepare(device, given, Params.named(**options), locked)
+    params = Params.named(**options)
+    prepared = prepare(
+        device, given, params, locked, place=place, of=None if place is None else mesh
+    )
     frame = run(device, prepared, wait=prepared.live)
     (simplified,) = prepared.result()
     vertex_map, counters = prepared.vertex_map(), dict(prepared.counters())

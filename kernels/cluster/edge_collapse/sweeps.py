@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from lodbench.kernels.cluster.edge_collapse.bound import Limit
 from lodbench.kernels.cluster.edge_collapse.params import Params
 
 ASKED = 4  # blocks whose costs are enough to tell what edges may cost
@@ -15,6 +16,7 @@ MOST_BITS = 6  # of cells along an axis
 LAST_GAIN = 0.7  # of what the first sweeps take
 WHOLE = 1024  # triangles that are one block in the last sweeps, however small blocks are
 PATIENCE = 4  # last sweeps after which blocks grow
+MORE = 14  # last sweeps at most
 STUBBORN = 8  # last sweeps after which a target that is still missed counts more than how far triangles turn
 CAPACITY = 4096  # triangles that a work-item has room for
 
@@ -58,10 +60,16 @@ class Sweep:
         return tuple(math.modf(self.number * step)[0] * most for step in SHIFTS)
 
 
-def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
-    """In equal steps to the target, and more for what may be left; those after the target is met do nothing."""
-    share, before = target / max(triangle_count, 1), triangle_count
-    for number in range(1, params.sweeps + 15):
+def sweeps(
+    params: Params, triangle_count: int, target: int, limit: Limit | None = None
+) -> Iterator[Sweep]:
+    """In equal steps to the target, and more for what may be left; those after the target is met do nothing.
+
+    With a limit the steps go to what it is thought to leave, and triangles turn no further in the end.
+    """
+    aim = target if limit is None else max(limit.guess, target)
+    share, before = aim / max(triangle_count, 1), triangle_count
+    for number in range(1, params.sweeps + MORE + 1):
         extra = number - params.sweeps
         goal = round(triangle_count * share ** min(number / params.sweeps, 1))
         least = least_share(extra) if extra > 0 else 0.0
@@ -70,7 +78,8 @@ def sweeps(params: Params, triangle_count: int, target: int) -> Iterator[Sweep]:
         whole = max(block, WHOLE) if extra >= 0 else block
         bits = bits_of(before, params.block)
         yield Sweep(
-            number, max(goal, target), bits, gain, extra > 0, block, whole, least, extra > STUBBORN
+            number, max(goal, target), bits, gain, extra > 0, block, whole, least,
+            extra > STUBBORN and limit is None,
         )  # fmt: skip
         before = max(goal, target)
 

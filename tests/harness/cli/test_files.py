@@ -278,3 +278,22 @@ def test_levels_leave_nothing_where_one_cannot_be_written(piped, tmp_path):
     code, out, _ = piped(b"", *chain_words("-", "--format", "glb"))
     assert code == 0
     assert out[:4] == b"glTF"
+
+
+def test_the_largest_distance_is_asked_for_in_the_shell(tmp_path, capsys):
+    given, out = tmp_path / "ball.ply", tmp_path / "near.ply"
+    write_mesh(given, icosphere(3))
+    words = [
+        "simplify",
+        str(given),
+        str(out),
+        "-m",
+        "edge_collapse",
+        "--max-error",
+        "0.01",
+        "--json",
+    ]
+    assert main(words) == 0
+    assert json.loads(capsys.readouterr().out)["triangles_out"] < 900
+    assert main([*words, "-n", "1000"]) == 0
+    assert json.loads(capsys.readouterr().out)["triangles_out"] == 1000

@@ -3,7 +3,7 @@ import pytest
 from lodbench.harness.plan.table import table
 from tests.harness.records import group, rows_of, subject
 
-TABLES = ("nurbs_grids",)
+TABLES = ("nurbs_grids", "rc13_6_2", "rc13_6_3_to_6_6")
 
 
 @pytest.mark.parametrize("name", TABLES)
@@ -25,3 +25,18 @@ def test_grids_are_compared_by_points_per_second():
     assert rows["stair"]["vertices_per_s"] == pytest.approx(4e6)
     assert rows["stair"]["ratio_to_numpy_nurbs"] == pytest.approx(4)
     assert rows["stair"]["quads"] == 81
+
+
+def test_culling_says_what_it_leaves_and_what_it_loses():
+    none = {"triangles": 3200, "quads": 100, "quads_kept": 100, "quads_culled": 0, "quads_lost": 0}
+    light = none | {"triangles": 1600, "quads_kept": 50, "quads_culled": 50, "quads_lost": 5}
+    found = group(
+        subject("none", [0.004] * 10, counters=none, system="rpns"),
+        subject("light", [0.002] * 10, counters=light, system="rpns"),
+        table="rc13_6_3_to_6_6",
+    )
+    rows, _ = rows_of("rc13_6_3_to_6_6", found)
+    assert (rows["light"]["share_left"], rows["light"]["share_lost"]) == (0.5, 0.1)
+    assert rows["light"]["ratio_to_none"] == pytest.approx(2)
+    assert (rows["none"]["share_left"], rows["none"]["share_lost"]) == (1, 0)
+    assert rows["light"]["whole_fps"] == pytest.approx(500)

@@ -130,14 +130,12 @@ def test_candidates_of_deeper_levels_hold_those_of_others():
 
 @both
 @settings(max_examples=10, deadline=None)
-@given(sheets, asked, st.integers(0, 3), st.integers(1, 3))
+@given(sheets, asked, st.sampled_from([3, 4]))
 def test_adaptive_meets_without_cracks_however_patches_are_named(
-    device, method, surface, test, level, depth
+    device, method, surface, test, level
 ):
     kind, threshold = test
-    prepared = made(
-        device, surface, method, level=level, depth=depth, test=kind, threshold=threshold
-    )
+    prepared = made(device, surface, method, level=level, test=kind, threshold=threshold)
     assert prepared.check().passed, prepared.check()
     assert_watertight(prepared)
 
@@ -175,7 +173,10 @@ def test_adaptive_with_threshold_0_has_the_vertices_of_vst(device, method, level
     patch, place, uv, mesh = lattice_mesh(prepared)
     assert (uv % step == 0).all()
     got = expected[patch, uv[:, 0] // step, uv[:, 1] // step]
-    assert got.tobytes() == mesh.positions.tobytes()
+    diagonal = np.linalg.norm(np.ptp(surface.points.reshape(-1, 3), axis=0))
+    assert np.abs(got - mesh.positions).max() <= 1e-6 * diagonal
+    border = (uv == 0).any(axis=1) | (uv == side_vertices(prepared.map_level) - 1).any(axis=1)
+    assert got[border].tobytes() == mesh.positions[border].tobytes()
     assert (
         len(np.unique(patch * side_vertices(prepared.map_level) ** 2 + place))
         == expected[..., 0].size

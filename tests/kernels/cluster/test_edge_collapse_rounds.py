@@ -281,3 +281,21 @@ def test_near_meshes_of_either_form(device):
         simplify(device, mesh, target_count=1200, form=form).mesh for form in ("blocks", "rounds")
     ]
     assert apart(*pair) < 0.2 * mesh.diagonal
+
+
+def test_bound_and_weights_of_attributes_count(device):
+    mesh = noisy(sphere(40, 60), 2, 0.005)
+    result = simplify(device, mesh, max_error=0.01, **ROUNDS)
+    assert result.mesh.triangle_count < mesh.triangle_count / 3
+    quality = measure(mesh, result.mesh, samples=20_000)
+    assert quality["max_error"] <= 0.01  # of the diagonal
+    flat = flat_lattice(24)
+    red = (flat.positions[:, 0] + flat.positions[:, 1] > 24).astype(np.float32)
+    painted = TriangleMesh(flat.positions, flat.triangles, colours=np.stack([red] * 3, 1))
+
+    def off(weight):
+        small = simplify(device, painted, target_count=100, colour_weight=weight, **ROUNDS).mesh
+        back = np.linalg.norm(flat.positions[:, None] - small.positions[None], axis=2).argmin(1)
+        return np.abs(red - small.colours[back, 0]).mean()
+
+    assert off(0.1) < 0.8 * off(0.0)

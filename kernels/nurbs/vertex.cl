@@ -12,10 +12,10 @@
 // Writes    positions  float[3 * vertices]        packed; surface after surface, v fastest
 //           normals    float[3 * vertices]        packed, unit length; nothing where NORMALS is 0
 // Needs     nurbs/surface.cl
-// Plain     nurbs/uniform_nurbs/reference.py
+// Plain     nurbs/reference.py
 // Defines   CHUNK (a multiple of eight), NORMALS (1: normals too), RATIONAL (nurbs/surface.cl), STREAMING (bezier/output.cl)
 
-__kernel void uniform_nurbs_vertex(
+__kernel void nurbs_vertex(
     __global const uint *restrict surfaces,
     __global const uint *restrict samples,
     __global const float *restrict spans,
