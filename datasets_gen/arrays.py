@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import struct
+import tokenize
+import zipfile
+import zlib
 from typing import Any
 
 import numpy as np
@@ -12,6 +16,12 @@ Origin = NDArray[np.float64]
 FAR = 16.0
 """Extents of the box between zero and an axis' farthest coordinate above which the axis gets an origin: float32 has 24
 bits of the coordinate, so that up to there 20 of the extent are left."""
+
+BROKEN = (
+    ValueError, TypeError, OSError, KeyError, EOFError, AttributeError, IndexError, NotImplementedError, RuntimeError,
+    OverflowError, SyntaxError, struct.error, zlib.error, tokenize.TokenError, zipfile.BadZipFile,
+)  # fmt: skip
+"""What numpy raises where an .npy or .npz file is broken."""
 
 
 def checked_origin(origin: Any) -> Origin | None:

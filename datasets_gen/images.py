@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import io
 import os
-import struct
-import tokenize
-import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from lodbench.datasets_gen.arrays import BROKEN
 from lodbench.datasets_gen.read import FileError, replacing
 from lodbench.datasets_gen.surfaces import GeometryImage
 
@@ -37,9 +34,7 @@ def read_geometry_image(path: str | os.PathLike[str], data: bytes | None = None)
             return GeometryImage(archive["positions"], archive["normals"], origin)
     except FileNotFoundError:
         raise FileError(f"{path}: no such file") from None
-    except (ValueError, TypeError, OSError, KeyError, EOFError, AttributeError, IndexError,
-            NotImplementedError, RuntimeError, OverflowError, SyntaxError, struct.error, zlib.error,
-            tokenize.TokenError, zipfile.BadZipFile) as error:  # fmt: skip
+    except BROKEN as error:
         raise FileError(f"{path}: {' '.join(str(error).split())}") from error
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import io
-import zipfile
-import zlib
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.datasets_gen.arrays import BROKEN
 from lodbench.datasets_gen.names import FOLDERS
 from lodbench.datasets_gen.ply import numbers_in
 from lodbench.datasets_gen.read import FileError
@@ -18,7 +17,6 @@ from lodbench.datasets_gen.surfaces import BezierPatches
 
 ZIP = b"PK"  # an .npz begins so
 SUFFIXES = FOLDERS["bezier"]
-_BROKEN = ValueError, TypeError, OSError, KeyError, EOFError, zipfile.BadZipFile, zlib.error
 _QUARTER = 4 / 3 * (2**0.5 - 1)
 """Length of the tangents with which one cubic stays nearest to a quarter of the unit circle."""
 
@@ -57,7 +55,7 @@ def parse_patches(data: bytes, name: str | Path) -> BezierPatches:
             if not len(patches.points):
                 raise ValueError("patches: expected at least one, got none")
             return patches
-    except _BROKEN as error:
+    except BROKEN as error:
         raise FileError(f"{name}: {' '.join(str(error).split())}") from error
 
 

@@ -117,3 +117,11 @@ def test_record_of_faults_has_no_loss():
         for kind in json.loads(path.read_text("utf-8")).values():
             for name, result in kind.items():
                 assert result["losses"] == [], name
+
+
+@pytest.mark.parametrize(
+    ("name", "description"),
+    [("patches.npz", {"edits": [["repeat", 47, 599], ["flip", 119698, 223]], "whole": 2})],
+)
+def test_what_was_lost_once_is_refused(name, description):
+    assert targets.outcome(targets.target(name), description) == "refused"

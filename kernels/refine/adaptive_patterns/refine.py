@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lodbench.datasets_gen.arrays import BROKEN
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import check
@@ -57,5 +58,5 @@ def refine(
 def _read(path: str) -> ArrayLike:
     try:
         return np.load(path, allow_pickle=False)
-    except (OSError, ValueError) as error:
+    except BROKEN as error:
         raise ValueError(f"depths: expected a .npy file, got {path}: {error}") from None
