@@ -48,6 +48,10 @@ class Counters(Mapping[str, int | float]):
     def __repr__(self) -> str:
         return repr(dict(self))
 
+    def also(self, known: Mapping[str, int | float]) -> Counters:
+        """These and those."""
+        return Counters({**self._known, **known}, self._later, self._make)
+
 
 @dataclass(frozen=True, eq=False)
 class Result:

@@ -128,6 +128,7 @@ TABLE = Table(
         Column("work_spread", "work of coarse triangles, deviation over mean", "1"),
         Column("lanes_used", "share of 32 lanes at work", "1"),
         Column("published_frame_fps", "published fps", "1/s"),
+        Column("wall_s", "wall", "s"),
         *STATUS_COLUMNS,
     ),
     notes=(

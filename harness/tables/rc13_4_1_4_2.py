@@ -42,6 +42,7 @@ TABLE = Table(
             for level in range(4)
         ),
         Column("vertices_out", "points"),
+        Column("wall_s", "wall", "s"),
         *STATUS_COLUMNS,
     ),
     notes=(

@@ -51,7 +51,8 @@ def simplify(device: Device, mesh: TriangleMesh, **options: Any) -> Result:
         result = replace(result, vertex_map=result.vertex_map[place])
     taken = {f"took_{choice.system.name}": 1, f"because_{choice.why}": 1}
     more = result.counters
-    return replace(result, counters=Counters(taken, tuple(more), lambda: dict(more)))
+    counters = more.also(taken) if isinstance(more, Counters) else {**more, **taken}
+    return replace(result, counters=counters)
 
 
 def joined_places(device: Device, mesh: TriangleMesh) -> tuple[TriangleMesh, Any]:

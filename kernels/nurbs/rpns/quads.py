@@ -80,7 +80,7 @@ def quads_of(model: NurbsModel, grids: Sequence[Grid], segments: int) -> Quads:
         np.concatenate([np.zeros(0), *firsts]).astype(np.uint32),
         joined(beziers, 64).astype(np.float32),
         joined(places, 2).astype(np.uint32),
-        comb(n[:, None], n[None]).astype(np.float32),
+        np.asarray(comb(n[:, None], n[None]), np.float32),
     )
 
 

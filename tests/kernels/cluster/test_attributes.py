@@ -142,7 +142,7 @@ def test_islands_of_a_picture_are_not_mixed(device, gap, reduction):
 
     positions = ball.positions[keys // 6]
     mesh = TriangleMesh(positions, number.reshape(-1, 3), uvs=picture(positions, keys % 6))
-    result, plain = both(device, mesh, target_reduction=reduction)
+    result, plain = both(device, mesh, target_reduction=reduction, method="quadric_clustering")
     a, b, c = plain.vertex_map[mesh.triangles].T
     own = island[(a != b) & (b != c) & (c != a)]
     out, edge = (
