@@ -134,6 +134,8 @@ PATH_COLUMNS = (
     Column("least_triangles", "fewest triangles", brief=True),
     Column("most_moved", "largest move between views", "1", brief=True),
 )
+BORDER_COLUMN = Column("border_error", "border's largest move", "1")
+
 QUALITY_COLUMNS = (
     Column("rms_error", "RMS error", "1", brief=True),
     Column("rms_error_back", "RMS error back", "1"),

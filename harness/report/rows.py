@@ -13,7 +13,7 @@ stage_s, <stage>_s                      device seconds, of all stages and of eac
 frame_s, frame_s_lower, _upper, frames, frame_fps           whole frames, drawn
 steps, least_fps, most_fps, most_triangles, least_triangles, most_moved along a camera path
 stored_vertices, stored_bytes, batches, memory_bytes, limit_share, first_launch_s
-rms_error ... flipped_triangles         where quality was measured
+rms_error ... flipped_triangles, border_error   where quality was measured
 ratio_to_<subject>, frame_ratio_to_<subject>, with _low and _high
 slope, slope_low, slope_high            of a table's lines
 ```
@@ -31,7 +31,7 @@ import numpy as np
 
 from lodbench.harness.measure.limits import Limits
 from lodbench.harness.measure.precision import median_interval
-from lodbench.harness.plan.table import QUALITY_COLUMNS, Entry, Row, Table
+from lodbench.harness.plan.table import BORDER_COLUMN, QUALITY_COLUMNS, Entry, Row, Table
 from lodbench.harness.record.record import GroupRecord, RunRecord, SubjectRecord
 from lodbench.harness.report.ratios import frame_ratios, ratios, verdict
 from lodbench.harness.report.statistics import log_slope, off, summary
@@ -58,7 +58,8 @@ def measured(group: GroupRecord, subject: SubjectRecord) -> Row:
     row |= {
         key: subject.footprint.get(key) for key in ("stored_vertices", "stored_bytes", "batches")
     }
-    row |= {column.key: (subject.quality or {}).get(column.key) for column in QUALITY_COLUMNS}
+    measured = subject.quality or {}
+    row |= {column.key: measured.get(column.key) for column in (*QUALITY_COLUMNS, BORDER_COLUMN)}
     return row | _times(subject) | _path(subject)
 
 

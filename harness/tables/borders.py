@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from lodbench.harness.plan.group import Context, Group, Subject
 from lodbench.harness.plan.table import (
+    BORDER_COLUMN,
     QUALITY_COLUMNS,
     STATUS_COLUMNS,
     WALL_COLUMNS,
@@ -88,7 +90,7 @@ TABLE = Table(
         Column("border_edges", "border edges"),
         Column("triangles_out", "triangles out", brief=True),
         *QUALITY_COLUMNS,
-        Column("border_error", "border's largest move", "1", brief=True),
+        replace(BORDER_COLUMN, brief=True),
         Column("rms_error_share", "RMS error as a share of none's", "1", brief=True),
         Column("max_error_share", "largest error as a share of none's", "1", brief=True),
         *brief(WALL_COLUMNS, "wall_s"),

@@ -9,6 +9,7 @@ from typing import Any
 from lodbench.harness.plan import registry
 from lodbench.harness.plan.group import Context, Group, Subject
 from lodbench.harness.plan.table import (
+    BORDER_COLUMN,
     QUALITY_COLUMNS,
     STATUS_COLUMNS,
     WALL_COLUMNS,
@@ -121,7 +122,7 @@ TABLE = Table(
         Column("vertices_out", "points out"),
         *WALL_COLUMNS,
         *QUALITY_COLUMNS,
-        Column("border_error", "border's largest move", "1"),
+        BORDER_COLUMN,
         Column("rms_error_share", "RMS error as a share of fast_simplification's", "1", brief=True),
         Column(
             "rms_error_share_of_careful",
