@@ -71,7 +71,7 @@ def prepare(device: Device, mesh: TriangleMesh, params: Params) -> HostPrepared:
     if params.target_reduction is None and params.target_count is None:
         cells = params.grid_cells
     asked = {"target_reduction": params.target_reduction, "target_count": params.target_count}
-    asked |= {"cells": cells}
+    asked |= {"cells": cells, "method": "quadric_clustering"}  # what files are streamed by
     setup = Timeline()
     with setup.host("file"):
         write_copies(source, mesh, params.copies)
