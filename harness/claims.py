@@ -1,8 +1,8 @@
 """What the papers claim, as data: what is compared, and how it must come out. `report/claims.py` has the verdicts.
 
 A claim is a sentence of a paper in our words and one or more comparisons, all of which must hold. A comparison takes
-every group of a run in which both of its subjects took turns, whatever table it belongs to: a new paper is new entries
-of `CLAIMS`, and needs no code.
+every group of a run in which both of its subjects took turns, with the same values of all other parameters that both
+have, whatever table it belongs to: a new paper is new entries of `CLAIMS`, and needs no code.
 """
 
 from __future__ import annotations

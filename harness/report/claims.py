@@ -40,6 +40,14 @@ def _subjects(group: GroupRecord, pick: Pick) -> list[SubjectRecord]:
     ]
 
 
+def _alike(comparison: Comparison, one: SubjectRecord, other: SubjectRecord) -> bool:
+    """Two subjects whose parameters of the same name are the same, but for those that the comparison is of."""
+    picked = {*comparison.subject.params, *comparison.other.params}
+    ours, theirs = (subject.params or {} for subject in (one, other))
+    shared = ours.keys() & theirs.keys() - picked
+    return one is not other and all(ours[key] == theirs[key] for key in shared)
+
+
 def _one_core(group: GroupRecord, label: str) -> bool:
     subjects = group.config.get("subjects", ())
     return any(one["label"] == label and one.get("one_core") for one in subjects)
@@ -89,7 +97,7 @@ def measured(comparison: Comparison, run: RunRecord) -> Iterator[Measured]:
         for one in _subjects(group, comparison.subject):
             for other in _subjects(group, comparison.other):
                 found = _ratio(group, one, other, comparison.what, seed)
-                if one is not other and found is not None:
+                if found is not None and _alike(comparison, one, other):
                     yield Measured(
                         f"{group.table}: {group.name}", *found, _holds(comparison, *found)
                     )
