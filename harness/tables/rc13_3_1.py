@@ -8,7 +8,17 @@ from math import exp, log
 from typing import Any
 
 from lodbench.harness.plan.group import Group, Subject
-from lodbench.harness.plan.table import STATUS_COLUMNS, Column, Entry, Row, Table
+from lodbench.harness.plan.table import (
+    FRAME_COLUMNS,
+    STATUS_COLUMNS,
+    WALL_COLUMNS,
+    Column,
+    Entry,
+    Row,
+    Table,
+    brief,
+    stage_columns,
+)
 from lodbench.harness.record.record import GroupRecord
 from lodbench.harness.report.rows import published
 
@@ -100,6 +110,17 @@ ERROR_COLUMNS = (
     Column("share_at_error", "share of vst's triangles at equal mean error", "1", brief=True),
     Column("share_of_level", "share of the vst level that does as well", "1", brief=True),
 )
+WORK_COLUMNS = (
+    Column("work_spread", "work of coarse triangles, deviation over mean", "1"),
+    Column("lanes_used", "share of 32 lanes at work", "1"),
+)
+FRAME_AND_WORK_COLUMNS = (
+    *ERROR_COLUMNS,
+    *brief(WALL_COLUMNS, "wall_s"),
+    *stage_columns(("geometry_test", "scan", "geometry_emit", "vertex")),
+    *FRAME_COLUMNS,
+    *brief(WORK_COLUMNS, "lanes_used"),
+)
 ERROR_NOTE = (
     "Errors are distances from 200,000 vertices of a tessellation with 128 segments to the nearest point, as shares of "
     "the diagonal; in the mean a vertex counts by the area around it. Share of vst's triangles at equal mean error: "
@@ -125,8 +146,7 @@ TABLE = Table(
         Column("published_triangles_k", "published triangles, thousands"),
         Column("coarse_triangles", "coarse triangles"),
         *ERROR_COLUMNS,
-        Column("work_spread", "work of coarse triangles, deviation over mean", "1"),
-        Column("lanes_used", "share of 32 lanes at work", "1"),
+        *WORK_COLUMNS,
         Column("published_frame_fps", "published fps", "1/s"),
         Column("wall_s", "wall", "s"),
         *STATUS_COLUMNS,

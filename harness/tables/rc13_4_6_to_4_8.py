@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from lodbench.harness.plan.group import Draw, Group, Subject
 from lodbench.harness.plan.table import (
-    FRAME_COLUMNS,
     STATUS_COLUMNS,
-    WALL_COLUMNS,
     Column,
     Table,
-    brief,
     frame_ratio_columns,
     ratio_columns,
-    stage_columns,
 )
 from lodbench.harness.tables import rc13_3_1 as shared
 
@@ -75,12 +71,7 @@ TABLE = Table(
         Column("system", "subject", brief=True),
         Column("threshold", "threshold", "1"),
         Column("triangles_k", "triangles, thousands", brief=True),
-        *shared.ERROR_COLUMNS,
-        *brief(WALL_COLUMNS, "wall_s"),
-        *stage_columns(("geometry_test", "scan", "geometry_emit", "vertex")),
-        *FRAME_COLUMNS,
-        Column("work_spread", "work of coarse triangles, deviation over mean", "1"),
-        Column("lanes_used", "share of 32 lanes at work", "1", brief=True),
+        *shared.FRAME_AND_WORK_COLUMNS,
         *ratio_columns(BASELINES, shown=("dabt",)),
         *frame_ratio_columns(BASELINES),
         Column("published_frame_fps", "published fps", "1/s"),

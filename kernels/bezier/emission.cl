@@ -6,6 +6,7 @@
 // Reads     controls, sources          as bezier/cell.cl has them
 // Writes    positions  float[3 * vertex_room]  packed; triangle after triangle, row after row
 //           normals    float[3 * vertex_room]  packed, unit length; nothing where NORMALS is 0
+//           counts     uint [2]                vertices, triangles; zeros where there is no room
 // Needs     bezier/cell.cl
 // Plain     bezier/candidates.py
 // Defines   NORMALS (1: normals too)
@@ -13,6 +14,15 @@
 #pragma OPENCL FP_CONTRACT OFF
 
 #define CELL_VERTICES 96 // of both triangles, up to a whole vector
+
+// is there room for all? The first item writes how much there is, or nothing
+static inline bool bezier_fits(__global uint *counts, const uint vertices, const uint triangles, const uint vertex_room,
+    const uint triangle_room, const uint item)
+{
+    const bool fits = vertices <= vertex_room && triangles <= triangle_room;
+    if (item == 0) vstore2(fits ? (uint2)(vertices, triangles) : (uint2)(0), 0, counts);
+    return fits;
+}
 
 // differences of a patch's rows, scaled
 static inline void bezier_steps(float16 *steps, const bezier_patch *patch)

@@ -93,9 +93,7 @@ __kernel void dabt_geometry_emit(
     const uint number = get_global_id(0);
     if (number >= cell_count) return;
 
-    const bool fits = vertex_total[0] <= vertex_room && triangle_total[0] <= triangle_room;
-    if (number == 0) vstore2(fits ? (uint2)(vertex_total[0], triangle_total[0]) : (uint2)(0), 0, counts);
-    if (!fits) return;
+    if (!bezier_fits(counts, vertex_total[0], triangle_total[0], vertex_room, triangle_room, number)) return;
 
     const bezier_cell cell = bezier_cell_of(number, (side - 1) / CELL);
     const ulong2 both = vload2(number, masks);

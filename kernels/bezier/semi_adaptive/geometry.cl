@@ -88,9 +88,7 @@ __kernel void semi_adaptive_geometry_emit(
     const uint at = get_global_id(0);
     if (at >= cell_count) return;
 
-    const bool fits = vertex_total[0] <= vertex_room && triangle_total[0] <= triangle_room;
-    if (at == 0) vstore2(fits ? (uint2)(vertex_total[0], triangle_total[0]) : (uint2)(0), 0, counts);
-    if (!fits) return;
+    if (!bezier_fits(counts, vertex_total[0], triangle_total[0], vertex_room, triangle_room, at)) return;
 
     const bezier_cell cell = bezier_cell_of(at, (side - 1) / CELL);
     const ulong2 both = vload2(at, masks);
