@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from lodbench.kernels.cluster.edge_collapse.bound import Limit
 from lodbench.kernels.cluster.edge_collapse.curve import hilbert
+from lodbench.kernels.cluster.edge_collapse.fit import FILES as FIT_FILES
+from lodbench.kernels.cluster.edge_collapse.fit import Fit
 from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.edge_collapse.sweeps import (
     ASKED,
@@ -33,7 +35,7 @@ from lodbench.kernels.targets import missed
 FILES = tuple(
     f"cluster/edge_collapse/{name}.cl"
     for name in ("setup", "sort", "plan", "geometry", "vertex", "emit")
-)
+) + FIT_FILES
 BINS = 512  # of costs, see state.cl
 STATE = 16  # words
 BLOCKS_BEFORE, EACH_BEFORE = 3, 4
@@ -90,6 +92,7 @@ class EdgeCollapse(DeviceSubject):
         self._setup(upload, locked)
         self._sweeps(upload)
         self._emit(upload)
+        self.fit = Fit(self, upload.positions, upload.triangles) if params.fit else None
         surface = DeviceSurface(
             positions=self.vertices_out, normals=None, triangles=self.survivors,
             vertex_count=self._vertices, triangle_count=self._triangles, counts=self.counts,
@@ -106,6 +109,12 @@ class EdgeCollapse(DeviceSubject):
         """A launch of one item per chunk of `count` rows."""
         chunks = chunk_count(self.device, count)
         return self._launch(kernel, chunks, chunk_count=chunks, **arguments)
+
+    def fitting(self, kernel: str, items: int, known: Mapping[str, Any]) -> Launch:
+        """A launch of `fit.py`, of one item per chunk, with those arguments that the kernel has."""
+        name, known = f"edge_collapse_fit_{kernel}", {**known, "chunk_count": items}
+        wanted = [parameter.name for parameter in self._program.kernels[name]]
+        return self._launch(f"fit_{kernel}", items, **{name: known[name] for name in wanted})
 
     def _setup(self, upload: Upload, locked: NDArray[np.bool_] | None) -> None:
         """The working copies, made anew in every frame."""
@@ -269,6 +278,9 @@ class EdgeCollapse(DeviceSubject):
 
     def vertex_map(self) -> NDArray[np.uint32]:
         """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where no triangle has it."""
+        if self.fit is not None:
+            self.live()
+            return self.device.read(self.fit.vertex_map)
         result = self.device.allocate("vertex_map", self._vertices, np.uint32)
         self._chunked(
             "emit_map", self._vertices, parents=self.parents, numbers=self.numbers,
