@@ -126,7 +126,7 @@ def _held(
     for k in range(3):
         np.add.at(around, triangles[:, k], normals)
         np.add.at(areas, triangles[:, k], lengths)
-    bent = (crease > FOLD) | ((around**2).sum(1) < BENT * areas**2)
+    bent = (crease > FOLD + 1e-6) | ((around**2).sum(1) < BENT * areas**2)
     held, edges = np.zeros(count, bool), dict[tuple[int, int], list[int]]()
     for row, triangle in enumerate(triangles.tolist()):
         for k in range(3):
