@@ -4,16 +4,8 @@
 // Work      functions only
 // Reads     nothing
 // Writes    nothing
-// Needs     common/transpose.cl cluster/edge_collapse/block.cl
+// Needs     cluster/edge_collapse/load.cl
 // Defines   BLOCK (cluster/edge_collapse/block.cl)
-
-// columns of eight records of four, record v[i] beginning at four numbers times `stride` times that
-INLINE fours8 block_columns(__global const float4 *records, const uint stride, const uint *v)
-{
-    return transpose_fours((float8)(records[stride * v[0]], records[stride * v[4]]),
-        (float8)(records[stride * v[1]], records[stride * v[5]]), (float8)(records[stride * v[2]], records[stride * v[6]]),
-        (float8)(records[stride * v[3]], records[stride * v[7]]));
-}
 
 // quadrics of eight vertices; `fresh` ones are planes through their vertices
 INLINE void block_quadrics(const Block *b, const uint *v, const bool fresh, Quadrics *q)
@@ -38,6 +30,22 @@ INLINE void block_quadric(const Block *b, const uint v, Quadrics *q)
     q->c = plane.s6;
     q->bx = line.x, q->by = line.y, q->bz = line.z;
     q->px = place.x, q->py = place.y, q->pz = place.z;
+}
+
+// does an edge run from u to v in some triangle?
+INLINE bool block_runs(const Block *b, const uint u, const uint v)
+{
+    for (uint c = b->head[u]; c != NONE; c = b->next[c])
+        if (block_others(b, c).x == v) return true;
+    return false;
+}
+
+// is the edge from u to v, as some triangle has it, the one of the two that is asked? Without branches but on borders
+INLINE uint block_asks(const Block *b, const uint u, const uint v)
+{
+    const uint kind = b->kind[u] & b->kind[v], free = (kind & FREE) != 0;
+    if (free & kind & BORDER) return u < v || !block_runs(b, v, u);
+    return free & (u < v);
 }
 
 // edges of the block's triangles, to be asked for their costs, `count` of eight

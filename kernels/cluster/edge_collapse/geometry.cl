@@ -121,10 +121,10 @@ __kernel void edge_collapse_geometry_collapse(
             block_quadric(&b, u, &one);
             block_quadric(&b, v, &other);
             quadric_merge(&one, &other, &merged);
-            collapse_level(&b, u, v, &merged);
+            around_level(&b, u, v, &merged);
             if (limited && collapse_strays(&b, u, v, &merged)) continue;
             const float3 place = (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
-            if (collapse_turns(&b, u, v, place, turn_limit) || collapse_turns(&b, v, u, place, turn_limit)) continue;
+            if (around_turn(&b, place, turn_limit)) continue;
             collapse_join(&b, u, v, &merged);
             parents[b.ids[u]] = b.ids[v];
             if (holding) held[b.ids[v]] += held[b.ids[u]];

@@ -10,13 +10,13 @@
 // the item to its place at or below i; behind the last stands what is more than any, so that every child has a sibling
 INLINE void queue_sink(Block *b, uint i, const ulong item)
 {
-    b->queue[b->queued] = ULONG_MAX;
-    for (uint child = 2 * i + 1; child < b->queued; child = 2 * i + 1) {
-        const ulong left = b->queue[child], right = b->queue[child + 1];
-        const ulong least = min(left, right);
+    for (uint k = 0; k < 3; ++k) b->queue[b->queued + k] = ULONG_MAX;
+    for (uint child = 4 * i + 1; child < b->queued; child = 4 * i + 1) {
+        const ulong p = b->queue[child], q = b->queue[child + 1], r = b->queue[child + 2], s = b->queue[child + 3];
+        const ulong pq = min(p, q), rs = min(r, s), least = min(pq, rs);
         if (least >= item) break;
         b->queue[i] = least;
-        i = child + (right < left);
+        i = child + (rs < pq ? 2 + (s < r) : (q < p));
     }
     b->queue[i] = item;
 }
@@ -32,7 +32,7 @@ INLINE void queue_append(Block *b, const uint u, const uint v, const float cost)
 
 INLINE void queue_order(Block *b)
 {
-    for (uint i = b->queued / 2; i-- > 0;) queue_sink(b, i, b->queue[i]);
+    for (uint i = (b->queued + 2) / 4; i-- > 0;) queue_sink(b, i, b->queue[i]);
 }
 
 INLINE void queue_push(Block *b, const uint u, const uint v, const float cost)
@@ -42,7 +42,7 @@ INLINE void queue_push(Block *b, const uint u, const uint v, const float cost)
     if (b->queued == before) return;
     uint i = before;
     const ulong item = b->queue[i];
-    for (; i > 0 && b->queue[(i - 1) / 2] > item; i = (i - 1) / 2) b->queue[i] = b->queue[(i - 1) / 2];
+    for (; i > 0 && b->queue[(i - 1) / 4] > item; i = (i - 1) / 4) b->queue[i] = b->queue[(i - 1) / 4];
     b->queue[i] = item;
 }
 
