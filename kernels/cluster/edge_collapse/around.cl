@@ -66,7 +66,7 @@ INLINE bool around_turn(const Block *b, const float3 p, const float limit)
 // mesh as it has become leave bends too flat. Not where the surface folds back on itself
 INLINE void around_level(Block *b, const uint u, const uint v, Quadrics *merged)
 {
-    for (uint i = 0; i < b->both; ++i) b->around[b->rest + i] = b->around[BLOCK - 1 - i];
+    for (uint i = 0; i < b->both; ++i) b->around[b->rest + i] = b->around[LAST - i];
     const uint count = b->rest + b->both;
     for (uint i = count; i < count + 8; ++i) b->around[i] = (ushort4)(u, u, u, 0); // without area
     const float3 p = (float3)(merged->px.s0, merged->py.s0, merged->pz.s0);

@@ -11,6 +11,7 @@
 #define VERTICES (3 * BLOCK)
 #define SLOTS (4 * BLOCK) // of the hash table: BLOCK is a power of two
 #define EDGES (4 * BLOCK)  // that a block's queue can ever hold
+#define LAST (BLOCK + 15) // of `around`
 #define NONE 0xFFFFu
 #define FOLD -0.5f // cosine of the normals at folds, which are held always
 #define BENT 0.64f // square of the share that is left of normals in their sum, where there may be a fold
@@ -20,20 +21,20 @@
 #define FREE 4u    // it might go, as the block was read
 // words of a slice, whole cache lines: quadrics, queue, edges, ids, then what has 16 bits
 #define SLICE_WORDS \
-    ((16 * VERTICES + 4 * EDGES + 16 + VERTICES + (4 + 4 + 4) * BLOCK / 2 + 16 + 6 * VERTICES / 2 + SLOTS / 2 + 31) / 16 * 16)
+    ((16 * VERTICES + 8 * EDGES + 16 + VERTICES + (4 + 4 + 4) * BLOCK / 2 + 32 + 6 * VERTICES / 2 + SLOTS / 2 + 31) / 16 * 16)
 
 typedef struct {
     __global float8 *planes;   // of vertices: A as xx xy xz yy yz zz, c, triangles in the whole mesh
     __global float4 *lines;    // b
     __global float4 *places;   // x y z, limit of the distance
-    __global ulong *queue;  // cost's bits, number of the edge: a binary heap, the least first
+    __global ulong *queue, *ranked, *spare;  // cost's bits, number of the edge: a heap, and in order what there was first
     __global uint2 *edges;  // both ends, the sum of their versions
     __global uint *ids;     // the vertex of the mesh
     __global ushort *corners, *next;  // [4 t + k]: vertex, next corner of the same; [4 t + 3]: does the triangle live?
-    __global ushort4 *around;  // triangles at an edge's ends: the end, the other two vertices, the end's corner
+    __global ushort4 *around;  // `rest` triangles with one end of an edge, `both` with both: end, the others, the end's corner
     __global ushort *head, *degree, *given, *version, *kind, *mark;  // of vertices; version 0: it stays or is gone
     __global ushort *slots;
-    uint triangles, vertices, edge_count, queued, stamp, slot_mask, rest, both;  // of `around`: without and with both ends
+    uint triangles, vertices, edge_count, queued, ranks, rank, stamp, slot_mask, rest, both;
 } Block;
 
 INLINE void block_open(Block *b, __global uint *slice)
@@ -42,12 +43,14 @@ INLINE void block_open(Block *b, __global uint *slice)
     b->lines = (__global float4 *)(slice + 8 * VERTICES);
     b->places = b->lines + VERTICES;
     b->queue = (__global ulong *)(slice + 16 * VERTICES);
-    b->edges = (__global uint2 *)(b->queue + EDGES + 8);
+    b->ranked = b->queue + EDGES + 8;
+    b->spare = b->ranked + EDGES;
+    b->edges = (__global uint2 *)(b->spare + EDGES);
     b->ids = (__global uint *)(b->edges + EDGES);
     b->corners = (__global ushort *)(b->ids + VERTICES);
     b->next = b->corners + 4 * BLOCK;
     b->around = (__global ushort4 *)(b->next + 4 * BLOCK);
-    b->head = (__global ushort *)(b->around + BLOCK + 8);
+    b->head = (__global ushort *)(b->around + BLOCK + 16);
     b->degree = b->head + VERTICES;
     b->given = b->degree + VERTICES;
     b->version = b->given + VERTICES;

@@ -25,7 +25,7 @@ INLINE bool collapse_crowded(const Block *b, const uint u)
     return false;
 }
 
-// triangles that go with the edge, 0 where it must stay: where the surface would no longer be what it was. Where it is
+// Without branches, which are as often this way as that: triangles that go with the edge, 0 where it must stay: where the surface would no longer be what it was. Where it is
 // none, the edge may go if just those vertices are near both ends that are opposite to it. Fills `around`
 INLINE uint collapse_gone(Block *b, const uint u, const uint v)
 {
@@ -34,29 +34,28 @@ INLINE uint collapse_gone(Block *b, const uint u, const uint v)
     for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
         if (!b->corners[c | 3]) continue;
         const uint2 w = block_others(b, c);
-        const bool both = w.x == v || w.y == v;
-        if (b->mark[w.x] != facing) b->mark[w.x] = met;
-        if (b->mark[w.y] != facing) b->mark[w.y] = met;
+        const uint both = (w.x == v) | (w.y == v);
+        b->mark[w.x] = b->mark[w.x] == facing ? facing : met;
+        b->mark[w.y] = b->mark[w.y] == facing ? facing : met;
         // those with both ends from behind, until it is known how many others there are
-        b->around[both ? BLOCK - 1 - gone : rest] = (ushort4)(u, w.x, w.y, c);
+        b->around[both ? LAST - gone : rest] = (ushort4)(u, w.x, w.y, c);
         rest += !both;
-        if (!both) continue;
-        ++gone;
-        opposite = w.x == v ? w.y : w.x;
-        opposites += b->mark[opposite] != facing;
-        b->mark[opposite] = facing;
+        gone += both;
+        opposite = !both ? opposite : w.x == v ? w.y : w.x;
+        opposites += both & (b->mark[opposite] != facing);
+        b->mark[opposite] = both ? facing : b->mark[opposite];
     }
     b->mark[v] = shared;
     for (uint c = b->head[v]; c != NONE; c = b->next[c]) {
         if (!b->corners[c | 3]) continue;
         const uint2 w = block_others(b, c);
-        const bool x = b->mark[w.x] == met || b->mark[w.x] == facing;
-        const bool y = w.y != w.x && (b->mark[w.y] == met || b->mark[w.y] == facing);
-        if (x) b->mark[w.x] = shared;
-        if (y) b->mark[w.y] = shared;
+        const uint at_x = b->mark[w.x], at_y = b->mark[w.y];
+        const uint x = (at_x == met) | (at_x == facing), y = (w.y != w.x) & ((at_y == met) | (at_y == facing));
+        b->mark[w.y] = y ? shared : at_y;
+        b->mark[w.x] = x ? shared : at_x;
         common += x + y;
-        if (w.x == u || w.y == u) continue;
-        b->around[rest++] = (ushort4)(v, w.x, w.y, c);
+        b->around[rest] = (ushort4)(v, w.x, w.y, c);
+        rest += (w.x != u) & (w.y != u);
     }
     b->rest = rest;
     b->both = gone;
@@ -121,9 +120,11 @@ INLINE void collapse_ask(Block *b, const uint v, const float threshold)
     Quadrics own;
     block_quadric(b, v, &own);
     uint found[8], count = 0;
-    for (uint i = 0; i < 2 * b->rest; ++i) {
-        const ushort4 row = b->around[i / 2];
-        const uint w = i & 1 ? row.z : row.y;
+    // inside the surface every neighbour follows once
+    const uint turn = b->kind[v] & BORDER ? 2 : 1;
+    for (uint i = 0; i < turn * b->rest; ++i) {
+        const ushort4 row = b->around[i < b->rest ? i : i - b->rest];
+        const uint w = i < b->rest ? row.z : row.y;
         if (!b->version[w] || b->mark[w] == asked) continue;
         b->mark[w] = asked;
         found[count++] = w;

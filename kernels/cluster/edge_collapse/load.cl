@@ -63,7 +63,7 @@ INLINE void block_load(Block *b, __global const uint4 *rows, const uint count, _
     for (b->slot_mask = 63; b->slot_mask < 4 * count - 1;) b->slot_mask = 2 * b->slot_mask + 1;
     for (uint s = 0; s <= b->slot_mask; ++s) b->slots[s] = NONE;
     b->triangles = count;
-    b->vertices = b->edge_count = b->queued = b->stamp = 0;
+    b->vertices = b->edge_count = b->queued = b->ranks = b->rank = b->stamp = 0;
     for (uint t = 0; t < count; ++t) {
         const uint4 row = rows[t], ahead = rows[min(t + AHEAD, count - 1)];
         prefetch(points + ahead.x, 1);

@@ -105,5 +105,5 @@ def bits_of(triangle_count: int, block: int) -> int:
 def slice_words() -> int:
     """Words of a work-item's slice of memory, as `block.cl` has it."""
     vertices, edges = 3 * CAPACITY, 4 * CAPACITY
-    words = 16 * vertices + 4 * edges + 32 + vertices + 6 * CAPACITY + 3 * vertices + edges // 2
+    words = 16 * vertices + 8 * edges + 48 + vertices + 6 * CAPACITY + 3 * vertices + edges // 2
     return (words + 31) // 16 * 16
