@@ -18,7 +18,9 @@ from lodbench.kernels.cluster.edge_collapse.fit import FILES as FIT_FILES
 from lodbench.kernels.cluster.edge_collapse.fit import Fit
 from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.edge_collapse.sweeps import (
+    APART,
     ASKED,
+    ASKED_LAST,
     CAPACITY,
     bits_of,
     slice_words,
@@ -221,7 +223,7 @@ class EdgeCollapse(DeviceSubject):
         )  # fmt: skip
         scan = self._launch(
             "sort_scan", 1, offsets=offsets, state=self.state, bits=0, block=0, whole=0, asked=0,
-            chunk_count=chunks,
+            apart=1, chunk_count=chunks,
         )  # fmt: skip
         scatter = self._chunked("sort_scatter", m, sorted=sorted_, bits=0, **sort)
         plan = self._launch(
@@ -233,8 +235,10 @@ class EdgeCollapse(DeviceSubject):
             cells = sweep.along / extent if extent > 0 else 0.0
             order, bits = orders[sweep.bits], sweep.bits
             self._add(keys_of, order=order, bits=bits, low=(*low, cells), shift=(*sweep.shift, 0))
-            asked = blocks if sweep.last else ASKED
-            self._add(scan, bits=bits, block=sweep.block, whole=sweep.whole, asked=asked)
+            asked, apart = (ASKED_LAST, APART) if sweep.last else (ASKED, blocks)
+            self._add(
+                scan, bits=bits, block=sweep.block, whole=sweep.whole, asked=asked, apart=apart
+            )
             self._add(scatter, bits=bits)
             self.add(sample)
             self._add(plan, goal=sweep.goal, gain=sweep.gain, least=sweep.least)

@@ -47,12 +47,18 @@ __kernel void edge_collapse_plan_quotas(
     if (least == 0.0f) { // no block alone takes more than its part of all that is to go
         for (uint b = 0; b < blocks; ++b) quotas[b] = 2 * (pairs * (b + 1) / blocks - pairs * b / blocks);
     } else {
-        ulong before = 0, all = 0;
-        for (uint i = 0; i <= bin; ++i) all += totals[i];
+        ulong before = 0, all = 0, part = 0;
+        for (uint b = 0; b < blocks; b += stride)
+            for (uint i = 0; i <= bin; ++i) all += (ulong)histograms[(size_t)b * BINS + i] * min(stride, blocks - b);
         all = max(all, 1ul);
         for (uint b = 0; b < blocks; ++b) {
             ulong own = before;
-            for (uint i = 0; i <= bin; ++i) own += histograms[(size_t)b * BINS + i];
+            // a block has what the one before it has that was asked
+            if (b % stride == 0) {
+                part = 0;
+                for (uint i = 0; i <= bin; ++i) part += histograms[(size_t)b * BINS + i];
+            }
+            own += part;
             quotas[b] = 2 * (pairs * own / all - pairs * before / all);
             before = own;
         }

@@ -59,6 +59,7 @@ __kernel void edge_collapse_sort_scan(
     const uint block,
     const uint whole, // triangles that are one block
     const uint asked, // blocks to be asked for costs, about
+    const uint apart, // at most
     const uint chunk_count)
 {
     if (get_global_id(0) > 0 || state[DONE]) return;
@@ -76,7 +77,7 @@ __kernel void edge_collapse_sort_scan(
     state[BLOCKS] = sum <= whole ? (sum > 0) : (sum + block - 1) / block;
     state[EACH] = sum ? (sum + state[BLOCKS] - 1) / state[BLOCKS] : 1;
     state[SAMPLED] = state[TAKEN] = 0;
-    state[STRIDE] = max(state[BLOCKS] / asked, 1u);
+    state[STRIDE] = clamp(state[BLOCKS] / asked, 1u, apart);
     ++state[SWEEPS];
 }
 
