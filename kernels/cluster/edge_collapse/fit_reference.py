@@ -120,7 +120,7 @@ def _move(
 def _held(
     count: int, triangles: NDArray[np.uint32], normals: Real, crease: float
 ) -> NDArray[np.bool_]:
-    """Vertices on edges of one triangle, or of two that meet in a crease; folds count where all normals add up to less."""
+    """Vertices on edges of one triangle or in creases; in folds where all normals add up to less than their sum."""
     lengths = np.linalg.norm(normals, axis=1)
     around, areas = np.zeros((count, 3)), np.zeros(count)
     for k in range(3):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lodbench.kernels.cluster.edge_collapse.bound import Limit
 from lodbench.kernels.cluster.edge_collapse.curve import hilbert
 from lodbench.kernels.cluster.edge_collapse.fit import FILES as FIT_FILES
-from lodbench.kernels.cluster.edge_collapse.fit import Fit
+from lodbench.kernels.cluster.edge_collapse.fit import Fit, Input
 from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.edge_collapse.sweeps import (
     APART,
@@ -34,10 +34,13 @@ from lodbench.kernels.subject import POINT, WORD, DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface
 from lodbench.kernels.targets import missed
 
-FILES = tuple(
-    f"cluster/edge_collapse/{name}.cl"
-    for name in ("setup", "sort", "plan", "geometry", "vertex", "emit")
-) + FIT_FILES
+FILES = (
+    tuple(
+        f"cluster/edge_collapse/{name}.cl"
+        for name in ("setup", "sort", "plan", "geometry", "vertex", "emit")
+    )
+    + FIT_FILES
+)
 BINS = 512  # of costs, see state.cl
 STATE = 16  # words
 BLOCKS_BEFORE, EACH_BEFORE = 3, 4
@@ -65,6 +68,7 @@ class EdgeCollapse(DeviceSubject):
     Attributes:
         target: triangles that may be left.
         mesh: what is simplified.
+        fit: the last step, if there is one.
         files, defines: what its kernels are built of.
     """
 
@@ -80,6 +84,7 @@ class EdgeCollapse(DeviceSubject):
         recorded: bool = False,
         limit: Limit | None = None,
         held: NDArray[np.float64] | None = None,
+        to: Input | None = None,
     ) -> None:
         super().__init__(upload.device, upload.setup)
         self.mesh, self.params, self.target = upload.mesh, params, target
@@ -94,7 +99,10 @@ class EdgeCollapse(DeviceSubject):
         self._setup(upload, locked)
         self._sweeps(upload)
         self._emit(upload)
-        self.fit = Fit(self, upload.positions, upload.triangles) if params.fit else None
+        self.fit: Fit | None = None
+        if params.fit:
+            to = to or Input(upload.positions, upload.triangles)
+            self.fit = Fit(self, to)  # pyright: ignore[reportArgumentType]
         surface = DeviceSurface(
             positions=self.vertices_out, normals=None, triangles=self.survivors,
             vertex_count=self._vertices, triangle_count=self._triangles, counts=self.counts,

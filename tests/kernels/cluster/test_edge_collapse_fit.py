@@ -12,8 +12,8 @@ from lodbench.kernels.cluster.edge_collapse import Params, collapses, fit_refere
 from lodbench.kernels.cluster.edge_collapse import simplify as edge_collapse
 from lodbench.kernels.cluster.edge_collapse.prepare import prepare
 from lodbench.kernels.opencl.device import Device
-from lodbench.kernels.system import run
 from lodbench.kernels.stages import scan
+from lodbench.kernels.system import run
 from tests.kernels.cluster.meshes import sphere, wavy_sheet
 from tests.kernels.cluster.test_edge_collapse import noisy, torus, unit_normals
 
@@ -45,9 +45,7 @@ def test_moves_as_the_reference_does(device, make, share):
     fitted, plain = both(device, mesh, **options)
     locked = np.zeros(plain.mesh.vertex_count, bool)
     locked[plain.vertex_map[lock]] = True
-    expected = fit_reference.fit(
-        mesh, plain.mesh, plain.vertex_map, locked, Params().crease_cosine
-    )
+    expected = fit_reference.fit(mesh, plain.mesh, plain.vertex_map, locked, Params().crease_cosine)
     moved = np.linalg.norm(expected - plain.mesh.positions, axis=1)
     assert moved.max() > 0
     # a sample as near to one triangle as to the other may count for either
@@ -83,7 +81,9 @@ def test_no_triangle_turns_over_and_nothing_else_changes(device, seed, target, a
     assert np.array_equal(fitted.mesh.triangles, plain.mesh.triangles)
     assert np.isfinite(fitted.mesh.positions).all()
     rows = plain.mesh.triangles
-    before, after = (unit_normals(m.positions.astype(float), rows) for m in (plain.mesh, fitted.mesh))
+    before, after = (
+        unit_normals(m.positions.astype(float), rows) for m in (plain.mesh, fitted.mesh)
+    )
     # each of two steps turns a triangle by less than a right angle
     assert not ((before * after).sum(1) < -0.5).any()
 
@@ -148,7 +148,7 @@ def test_more_triangles_than_there_is_room_for_are_left_where_they_are(device):
     ball = icosphere(1)
     count = ball.vertex_count
     mesh = TriangleMesh(
-        np.concatenate([ball.positions + [3 * k, 0, 0] for k in range(20)]),
+        np.concatenate([ball.positions + np.float32([3 * k, 0, 0]) for k in range(20)]),
         np.concatenate([ball.triangles + k * count for k in range(20)]),
     )
     fitted, plain = both(device, mesh, target_count=10)
