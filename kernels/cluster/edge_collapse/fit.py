@@ -39,8 +39,8 @@ class Input:
     Attributes:
         positions: float32, (n, 3).
         triangles: uint32, (m, 3).
-        vertex_map: uint32, (n,), the vertex of each one in the mesh that is collapsed, 0xFFFFFFFF where none; None: that
-            is this one.
+        vertex_map: uint32, (n,), the vertex of each one in the mesh that is collapsed, 0xFFFFFFFF where none; None:
+            that is this one.
     """
 
     positions: Buffer
