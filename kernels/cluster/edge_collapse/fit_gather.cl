@@ -9,7 +9,7 @@
 //           samples, ring                         as in fit_sort.cl
 // Writes    sums        float8[3 * triangles out] of each corner's samples: weights, then weights times heights above the
 //                                                 triangle, for its vertex, the next one and the one before
-// Needs     common/chunk.cl common/transpose.cl cluster/edge_collapse/fit.cl
+// Needs     common/chunk.cl cluster/edge_collapse/fit.cl
 // Plain     cluster/edge_collapse/fit_reference.py
 
 #define FIT_GROUPS 4 // of eight triangles at a vertex; one with more has no samples
@@ -22,7 +22,7 @@ typedef struct {
 } FitEight;
 
 static inline void fit_eight(FitEight *eight, __global const uint *ring, const uint count, const float3 p,
-    __global const uint *restrict survivors, __global const float4 *restrict places)
+    __global const uint *survivors, __global const float4 *places)
 {
     float8 x1 = 0.0f, y1 = 0.0f, z1 = 0.0f, x2 = 0.0f, y2 = 0.0f, z2 = 0.0f;
     float corners[6][8];
@@ -51,7 +51,7 @@ static inline void fit_eight(FitEight *eight, __global const uint *ring, const u
 
 // adds up what the samples of a vertex at p weigh, and how high they are, for the corners of each of its triangles; a
 // constant number of groups keeps it all in registers
-static inline __attribute__((always_inline)) void fit_sum(const FitEight *eights, const uint groups, __global const float4 *restrict samples,
+static inline __attribute__((always_inline)) void fit_sum(const FitEight *eights, const uint groups, __global const float4 *samples,
     const uint count, const uint every, const float3 p, float8 (*totals)[6])
 {
     float8 square[FIT_GROUPS], next[FIT_GROUPS], before[FIT_GROUPS], height[FIT_GROUPS], sums[FIT_GROUPS][6];
@@ -129,12 +129,11 @@ __kernel void edge_collapse_fit_gather(
         if (groups == 1) fit_sum(eights, 1, samples + first, past - first, every, p, totals);
         else if (groups) fit_sum(eights, groups, samples + first, past - first, every, p, totals);
         for (uint g = 0; g < groups; ++g) {
-            const fours8 a = transpose_fours(totals[g][0], totals[g][1], totals[g][2], totals[g][3]);
-            const fours8 b = transpose_fours(totals[g][4], totals[g][5], (float8)(0.0f), (float8)(0.0f));
-            const float8 rows[8] = {(float8)(a.x.lo, b.x.lo), (float8)(a.y.lo, b.y.lo), (float8)(a.z.lo, b.z.lo),
-                (float8)(a.w.lo, b.w.lo), (float8)(a.x.hi, b.x.hi), (float8)(a.y.hi, b.y.hi), (float8)(a.z.hi, b.z.hi),
-                (float8)(a.w.hi, b.w.hi)};
-            for (uint i = 0; i < min(corners - 8 * g, 8u); ++i) sums[ring[start + 8 * g + i]] = rows[i];
+            float planes[6][8];
+            for (uint k = 0; k < 6; ++k) vstore8(totals[g][k], 0, planes[k]);
+            for (uint i = 0; i < min(corners - 8 * g, 8u); ++i)
+                sums[ring[start + 8 * g + i]] = (float8)(planes[0][i], planes[1][i], planes[2][i], planes[3][i],
+                    planes[4][i], planes[5][i], 0.0f, 0.0f);
         }
         for (uint i = groups ? corners : 0; i < corners; ++i) sums[ring[start + i]] = 0.0f;
     }

@@ -35,7 +35,7 @@ static inline float3 fit_solve(const float3 diagonal, const float3 mixed, const 
 
 // is an edge at the vertex a crease, which is held?
 static inline bool fit_creases(__global const uint *ring, const uint corners, const float3 p,
-    __global const uint *restrict survivors, __global const float4 *restrict places, const float crease)
+    __global const uint *survivors, __global const float4 *places, const float crease)
 {
     for (uint i = 0; i < corners; ++i) {
         const uint2 own = fit_others(ring[i]);
