@@ -99,7 +99,7 @@ class Fit:
         add("sort_scatter", walkers, vertex_map=self.whole_map)
         if walkers != maps:
             add("order_rows", vertices)
-        chunks = chunk_count(device, 3 * room)
+        chunks = chunk_count(device, rows)
         for step, every in enumerate(EVERY):
             old, new = places[step % 2], places[1 - step % 2]
             add("gather", chunks, places=old, every=every)

@@ -1,7 +1,7 @@
 // Edge collapse, the last stage: how far samples of the input are above the triangles nearest to them.
 //
 // Source    ours
-// Work      1-D, one item per chunk of corners; one sample against eight triangles at once
+// Work      1-D, one item per chunk of vertices; one sample against eight triangles at once
 // Reads     places      float4[row_count]         output vertices, near 1
 //           survivors   uint[3 * triangles out]
 //           counts      uint[2]                   vertices, triangles of the output
@@ -115,10 +115,9 @@ __kernel void edge_collapse_fit_gather(
     const size_t last = (size_t)(map_count - 1) * (row_count + 1);
     owned += last;
     met += last;
-    const uint2 range = chunk_rows(chunk, chunk_count, 3 * counts[1]);
-    for (uint c = range.x; c < range.y; ++c) { // vertices as triangles have them, which are near each other
-        const uint v = survivors[c], start = v ? met[v - 1] : 0, corners = met[v] - start;
-        if (ring[start] != c) continue;
+    const uint2 range = chunk_rows(chunk, chunk_count, counts[0]);
+    for (uint v = range.x; v < range.y; ++v) {
+        const uint start = v ? met[v - 1] : 0, corners = met[v] - start;
         const uint first = v ? owned[v - 1] : 0, past = owned[v];
         const uint groups = corners <= 8 * FIT_GROUPS ? (corners + 7) / 8 : 0;
         const float3 p = places[v].xyz;

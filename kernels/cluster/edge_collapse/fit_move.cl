@@ -2,7 +2,7 @@
 //
 // Source    ours; least squares of distances from planes as in Chen & Medioni, Object Modelling by Registration of Multiple
 //           Range Images, 1992, solved by steps of a Jacobi iteration
-// Work      1-D, one item per chunk of corners, the first at each vertex
+// Work      1-D, one item per chunk of vertices
 // Reads     places      float4[row_count]         output vertices, near 1; w: not 0, it stays
 //           survivors   uint[3 * triangles out]
 //           counts      uint[2]                   vertices, triangles of the output
@@ -70,10 +70,9 @@ __kernel void edge_collapse_fit_move(
     if (chunk >= chunk_count || counts[1] > room) return;
 
     met += (size_t)(map_count - 1) * (row_count + 1);
-    const uint2 range = chunk_rows(chunk, chunk_count, 3 * counts[1]);
-    for (uint first = range.x; first < range.y; ++first) {
-        const uint v = survivors[first], start = v ? met[v - 1] : 0, corners = met[v] - start;
-        if (ring[start] != first) continue;
+    const uint2 range = chunk_rows(chunk, chunk_count, counts[0]);
+    for (uint v = range.x; v < range.y; ++v) {
+        const uint start = v ? met[v - 1] : 0, corners = met[v] - start;
         const float4 place = places[v];
         const float3 p = place.xyz;
         moved[v] = place;
