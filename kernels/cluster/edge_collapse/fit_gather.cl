@@ -3,7 +3,6 @@
 // Source    ours
 // Work      1-D, one item per chunk of vertices; one sample against eight triangles at once
 // Reads     places      float4[row_count]         output vertices, near 1
-//           survivors   uint[3 * triangles out]
 //           counts      uint[2]                   vertices, triangles of the output
 //           owned, met  uint[map_count * (row_count + 1)]   the last part: where each vertex's samples and corners end
 //           samples, ring                         as in fit_sort.cl
@@ -22,15 +21,15 @@ typedef struct {
 } FitEight;
 
 static inline void fit_eight(FitEight *eight, __global const uint *ring, const uint count, const float3 p,
-    __global const uint *survivors, __global const float4 *places)
+    __global const float4 *places)
 {
     float8 x1 = 0.0f, y1 = 0.0f, z1 = 0.0f, x2 = 0.0f, y2 = 0.0f, z2 = 0.0f;
     float corners[6][8];
     vstore8(x1, 0, corners[0]), vstore8(x1, 0, corners[1]), vstore8(x1, 0, corners[2]);
     vstore8(x1, 0, corners[3]), vstore8(x1, 0, corners[4]), vstore8(x1, 0, corners[5]);
     for (uint i = 0; i < count; ++i) {
-        const uint2 others = fit_others(ring[i]);
-        const float3 q = places[survivors[others.x]].xyz - p, r = places[survivors[others.y]].xyz - p;
+        const uint3 corner = vload3(i, ring);
+        const float3 q = places[corner.y].xyz - p, r = places[corner.z].xyz - p;
         corners[0][i] = q.x, corners[1][i] = q.y, corners[2][i] = q.z;
         corners[3][i] = r.x, corners[4][i] = r.y, corners[5][i] = r.z;
     }
@@ -96,7 +95,6 @@ static inline __attribute__((always_inline)) void fit_sum(const FitEight *eights
 // each sample of a vertex counts for the nearest of its triangles, unless it lies past the side opposite to the vertex
 __kernel void edge_collapse_fit_gather(
     __global const float4 *restrict places,
-    __global const uint *restrict survivors,
     __global const uint *restrict counts,
     __global const uint *restrict owned,
     __global const uint *restrict met,
@@ -119,21 +117,22 @@ __kernel void edge_collapse_fit_gather(
     for (uint v = range.x; v < range.y; ++v) {
         const uint start = v ? met[v - 1] : 0, corners = met[v] - start;
         const uint first = v ? owned[v - 1] : 0, past = owned[v];
+        __global const uint *own = ring + 3 * (size_t)start;
         const uint groups = corners <= 8 * FIT_GROUPS ? (corners + 7) / 8 : 0;
         const float3 p = places[v].xyz;
         FitEight eights[FIT_GROUPS];
         float8 totals[FIT_GROUPS][6];
         for (uint g = 0; g < groups; ++g)
-            fit_eight(eights + g, ring + start + 8 * g, min(corners - 8 * g, 8u), p, survivors, places);
+            fit_eight(eights + g, own + 24 * g, min(corners - 8 * g, 8u), p, places);
         if (groups == 1) fit_sum(eights, 1, samples + first, past - first, every, p, totals);
         else if (groups) fit_sum(eights, groups, samples + first, past - first, every, p, totals);
         for (uint g = 0; g < groups; ++g) {
             float planes[6][8];
             for (uint k = 0; k < 6; ++k) vstore8(totals[g][k], 0, planes[k]);
             for (uint i = 0; i < min(corners - 8 * g, 8u); ++i)
-                sums[ring[start + 8 * g + i]] = (float8)(planes[0][i], planes[1][i], planes[2][i], planes[3][i],
+                sums[own[3 * (8 * g + i)]] = (float8)(planes[0][i], planes[1][i], planes[2][i], planes[3][i],
                     planes[4][i], planes[5][i], 0.0f, 0.0f);
         }
-        for (uint i = groups ? corners : 0; i < corners; ++i) sums[ring[start + i]] = 0.0f;
+        for (uint i = groups ? corners : 0; i < corners; ++i) sums[own[3 * i]] = 0.0f;
     }
 }

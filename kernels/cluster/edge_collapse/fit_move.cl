@@ -4,10 +4,9 @@
 //           Range Images, 1992, solved by steps of a Jacobi iteration
 // Work      1-D, one item per chunk of vertices
 // Reads     places      float4[row_count]         output vertices, near 1; w: not 0, it stays
-//           survivors   uint[3 * triangles out]
 //           counts      uint[2]                   vertices, triangles of the output
 //           met         uint[map_count * (row_count + 1)]   the last part: where each vertex's corners end
-//           ring        uint[3 * triangles out]   corners
+//           ring        uint[9 * triangles out]   corners, the vertices next and before
 //           sums        float8[3 * triangles out] as in fit_gather.cl
 // Writes    moved       float4[row_count]         places, one step on
 //           vertices    float[3 * vertex_count]   model units, of vertices that moved
@@ -35,15 +34,15 @@ static inline float3 fit_solve(const float3 diagonal, const float3 mixed, const 
 
 // is an edge at the vertex a crease, which is held?
 static inline bool fit_creases(__global const uint *ring, const uint corners, const float3 p,
-    __global const uint *survivors, __global const float4 *places, const float crease)
+    __global const float4 *places, const float crease)
 {
     for (uint i = 0; i < corners; ++i) {
-        const uint2 own = fit_others(ring[i]);
-        const float3 x = places[survivors[own.x]].xyz - p, n = cross(x, places[survivors[own.y]].xyz - p);
+        const uint3 own = vload3(i, ring);
+        const float3 x = places[own.y].xyz - p, n = cross(x, places[own.z].xyz - p);
         for (uint j = 0; j < corners; ++j) {
-            const uint2 other = fit_others(ring[j]);
-            if (survivors[other.y] != survivors[own.x]) continue;
-            const float3 m = cross(places[survivors[other.x]].xyz - p, x);
+            const uint3 other = vload3(j, ring);
+            if (other.z != own.y) continue;
+            const float3 m = cross(places[other.y].xyz - p, x);
             if (dot(n, m) < crease * sqrt(dot(n, n) * dot(m, m))) return true;
         }
     }
@@ -52,7 +51,6 @@ static inline bool fit_creases(__global const uint *ring, const uint corners, co
 
 __kernel void edge_collapse_fit_move(
     __global const float4 *restrict places,
-    __global const uint *restrict survivors,
     __global const uint *restrict counts,
     __global const uint *restrict met,
     __global const uint *restrict ring,
@@ -81,15 +79,15 @@ __kernel void edge_collapse_fit_move(
         float total = 0.0f, areas = 0.0f;
         uint around = 0; // inside the surface every neighbour follows once and goes before once: they cancel out
         for (uint i = 0; i < corners; ++i) {
-            const uint c = ring[start + i];
-            const uint2 others = fit_others(c), ends = (uint2)(survivors[others.x], survivors[others.y]);
-            around += ends.x - ends.y;
-            const float3 n = cross(places[ends.x].xyz - p, places[ends.y].xyz - p);
+            const uint3 corner = vload3(start + i, ring);
+            const uint2 others = fit_others(corner.x);
+            around += corner.y - corner.z;
+            const float3 n = cross(places[corner.y].xyz - p, places[corner.z].xyz - p);
             const float square = dot(n, n);
             normals += n;
             areas += sqrt(square);
             if (!(square > FIT_LEAST)) continue;
-            const float8 own = sums[c], next = sums[others.x], before = sums[others.y];
+            const float8 own = sums[corner.x], next = sums[others.x], before = sums[others.y];
             const float weight = (own.s0 + next.s2 + before.s1) / square;
             const float high = (own.s3 + next.s5 + before.s4) * rsqrt(square);
             diagonal += weight * n * n;
@@ -99,18 +97,18 @@ __kernel void edge_collapse_fit_move(
         }
         if (around || !(total > 0.0f)) continue;
         const bool bent = crease > FIT_FOLD || dot(normals, normals) < FIT_BENT * areas * areas;
-        if (bent && fit_creases(ring + start, corners, p, survivors, places, crease)) continue;
+        if (bent && fit_creases(ring + 3 * (size_t)start, corners, p, places, crease)) continue;
         const float3 step = FIT_STEP * fit_solve(diagonal / total, mixed / total, b / total, FIT_RIDGE);
-        float room = 1.0f;
+        float share = 1.0f;
         for (uint i = 0; i < corners; ++i) {
-            const uint2 others = fit_others(ring[start + i]);
-            const float3 x = places[survivors[others.x]].xyz - p, y = places[survivors[others.y]].xyz - p, z = y - x;
+            const uint3 corner = vload3(start + i, ring);
+            const float3 x = places[corner.y].xyz - p, y = places[corner.z].xyz - p, z = y - x;
             const float3 n = cross(x, y), along = cross(n, step); // as long as the step in the plane times n
             const float longest = fmax(dot(x, x), fmax(dot(y, y), dot(z, z))), square = dot(n, n);
             const float most = FIT_ROOM * square, length = sqrt(dot(along, along) * longest);
-            if (length * room > most) room = most / length;
+            if (length * share > most) share = most / length;
         }
-        const float3 to = p + step * room;
+        const float3 to = p + step * share;
         if (!(dot(to, to) < FIT_NOWHERE)) continue;
         moved[v] = (float4)(to, 0.0f);
         vstore3(clamp(to * unscale, (float3)(-3.4e38f), (float3)(3.4e38f)), v, vertices);

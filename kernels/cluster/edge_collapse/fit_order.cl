@@ -5,7 +5,7 @@
 // Reads     counts      uint[2]                   vertices, triangles of the output
 //           owned, met  uint[row_count + 1]       where each vertex's samples and corners end
 // Writes    samples     float4[triangle_count]    in order at each vertex
-//           ring        uint[3 * triangles out]
+//           ring        uint[9 * triangles out]
 // Needs     common/chunk.cl
 // Plain     cluster/edge_collapse/fit_reference.py
 
@@ -25,10 +25,10 @@ static inline void fit_order(__global float4 *samples, const uint sample_count, 
             samples[at] = own;
         }
     for (uint i = 1; i < corner_count; ++i) {
-        const uint own = ring[i];
+        const uint3 own = vload3(i, ring);
         uint at = i;
-        for (; at && ring[at - 1] > own; --at) ring[at] = ring[at - 1];
-        ring[at] = own;
+        for (; at && ring[3 * (at - 1)] > own.x; --at) vstore3(vload3(at - 1, ring), at, ring);
+        vstore3(own, at, ring);
     }
 }
 
@@ -46,6 +46,6 @@ __kernel void edge_collapse_fit_order_rows(
     const uint2 range = chunk_rows(chunk, chunk_count, counts[0]);
     for (uint v = range.x; v < range.y; ++v) {
         const uint first = v ? owned[v - 1] : 0, start = v ? met[v - 1] : 0;
-        fit_order(samples + first, owned[v] - first, ring + start, met[v] - start);
+        fit_order(samples + first, owned[v] - first, ring + 3 * (size_t)start, met[v] - start);
     }
 }

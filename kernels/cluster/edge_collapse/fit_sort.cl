@@ -14,7 +14,7 @@
 // Writes    places      float4[row_count]         output vertices, near 1; w: not 0, it stays
 //           vertex_map  uint[given_count]         output vertex of each input vertex
 //           samples     float4[triangle_count]    centroid and area of some input triangles
-//           ring        uint[3 * triangles out]   corners
+//           ring        uint[9 * triangles out]   corners, the vertices next and before
 //           owned, met  uint[map_count * (row_count + 1)]   samples and corners of each vertex, in parts; then where they
 //                                                 go; afterwards the last part has where each vertex's end
 // Needs     common/chunk.cl cluster/edge_collapse/fit.cl
@@ -161,5 +161,9 @@ __kernel void edge_collapse_fit_sort_scatter(
         samples[at] = (float4)(a + (b + c) * 0.333333333f, sqrt(dot(n, n)));
     }
     range = chunk_rows(chunk, chunk_count, 3 * counts[1]);
-    for (uint c = range.x; c < range.y; ++c) ring[alone ? met[survivors[c]]++ : atomic_inc(met + survivors[c])] = c;
+    for (uint c = range.x; c < range.y; ++c) {
+        const uint v = survivors[c], at = alone ? met[v]++ : atomic_inc(met + v);
+        const uint2 others = fit_others(c);
+        vstore3((uint3)(c, survivors[others.x], survivors[others.y]), at, ring);
+    }
 }
