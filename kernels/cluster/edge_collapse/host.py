@@ -6,12 +6,14 @@ Long because all arguments of the kernels are set here.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.edge_collapse.bound import Limit
 from lodbench.kernels.cluster.edge_collapse.curve import hilbert
 from lodbench.kernels.cluster.edge_collapse.params import Params
@@ -26,10 +28,10 @@ from lodbench.kernels.cluster.edge_collapse.sweeps import (
 )
 from lodbench.kernels.cluster.edge_collapse.verdict import verdict
 from lodbench.kernels.cluster.upload import Upload
-from lodbench.kernels.opencl import Launch, Timeline
+from lodbench.kernels.opencl import Buffer, Launch, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local, map_count
 from lodbench.kernels.subject import POINT, WORD, DeviceSubject
-from lodbench.kernels.system import Check, DeviceSurface
+from lodbench.kernels.system import Check, DeviceSurface, Frame
 from lodbench.kernels.targets import missed
 
 FILES = tuple(
@@ -38,8 +40,9 @@ FILES = tuple(
 )
 BINS = 512  # of costs, see state.cl
 STATE = 16  # words
-BLOCKS_BEFORE, EACH_BEFORE = 3, 4
+BLOCKS_BEFORE, EACH_BEFORE, DONE = 3, 4, 5
 SWEEPS, COLLAPSES = 10, 11
+PLANNED = 6  # last sweeps that are enqueued before it is asked whether more are needed
 
 
 class EdgeCollapse(DeviceSubject):
@@ -89,6 +92,10 @@ class EdgeCollapse(DeviceSubject):
         self.sequence = self.allocate("sequence", (rows, 4), np.uint32)
         self.moves = self.allocate("moves", (rows, 4), np.float32)
         self._recorded = recorded
+        self._later: list[
+            int
+        ] = []  # first steps of the sweeps after those planned, and of what comes after all
+        self._map_out: Buffer | None = None
         self._setup(upload, locked)
         self._sweeps(upload)
         self._emit(upload)
@@ -223,6 +230,8 @@ class EdgeCollapse(DeviceSubject):
         )  # fmt: skip
         # what stays of each share depends on the mesh: the least that a sweep must read and write is left out
         for sweep in sweeps(params, m, self.target, self._limit):
+            if sweep.number > params.sweeps + PLANNED:
+                self._later.append(len(self._steps))
             cells = sweep.along / extent if extent > 0 else 0.0
             order, bits = orders[sweep.bits], sweep.bits
             self._add(keys_of, order=order, bits=bits, low=(*low, cells), shift=(*sweep.shift, 0))
@@ -235,6 +244,18 @@ class EdgeCollapse(DeviceSubject):
             self._add(plan, goal=sweep.goal, gain=sweep.gain, least=sweep.least)
             self._add(collapse, turn_limit=0.0 if sweep.stubborn else cosine * cosine)
             self.add(self._fold)
+        self._later.append(len(self._steps))
+
+    def enqueue(self, frame: Frame, timeline: Timeline) -> None:
+        """Enqueue the frame's steps; it waits for one word before sweeps that few meshes need: is the target met?"""
+        self.frame, self._rows, self._enqueued = frame, None, []
+        bounds = [0, *self._later, len(self._steps)]
+        for first, past in pairwise(bounds):
+            if first in self._later[:-1] and bool(self.device.read(self.state)[DONE]):
+                continue
+            for step in self._steps[first:past]:
+                step.enqueue(timeline)
+            self._enqueued += self._steps[first:past]
 
     def _add(self, launch: Launch, **values: Any) -> None:
         """One more step: the launch with these values, one object for all sweeps."""
@@ -273,12 +294,41 @@ class EdgeCollapse(DeviceSubject):
 
     def vertex_map(self) -> NDArray[np.uint32]:
         """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where no triangle has it."""
+        if self._map_out is not None:
+            self.live()
+            return self._vertex_map
+        launch, result = self._mapping()
+        launch(Timeline())
+        return self.device.read(result)
+
+    def map_vertices(self) -> None:
+        """Have each frame fill `vertex_map` too: read with its counts, it needs no wait of its own."""
+        launch, self._map_out = self._mapping()
+        self.add(launch)
+
+    def _mapping(self) -> tuple[Launch, Buffer]:
+        """What writes `vertex_map`, and where to."""
         result = self.device.allocate("vertex_map", self._vertices, np.uint32)
-        self._chunked(
+        launch = self._chunked(
             "emit_map", self._vertices, parents=self.parents, numbers=self.numbers,
             vertex_map=result, vertex_count=self._vertices,
-        )(Timeline())  # fmt: skip
-        return self.device.read(result)
+        )  # fmt: skip
+        return launch, result
+
+    def read_counts(self, counts: Sequence[Buffer]) -> Sequence[NDArray[np.uint32]]:
+        """As every subject's; the same wait tells what the sweeps did."""
+        more = [] if self._map_out is None else [self._map_out]
+        found = self.device.read_all(*((buffer, None) for buffer in (*counts, self.state, *more)))
+        if more:
+            self._vertex_map = found.pop()
+        self._told = found.pop()
+        return found
+
+    def result(self) -> Sequence[TriangleMesh]:
+        """The last frame's mesh, read back."""
+        vertices, triangles = self.live()
+        wanted = (self.vertices_out, vertices), (self.survivors, triangles)
+        return [TriangleMesh.of_kernels(*self.device.read_all(*wanted))]
 
     def sources(self) -> NDArray[np.uint32]:
         """The input triangle of each output triangle of the last frame, corner by corner."""
@@ -291,7 +341,8 @@ class EdgeCollapse(DeviceSubject):
 
     def more_counters(self) -> Mapping[str, int | float]:
         """Sizes in, sweeps and collapses done, and how near the target is."""
-        state = self.device.read(self.state)
+        self.live()
+        state = self._told
         return {
             "vertices_in": self._vertices, "triangles_in": self._triangles,
             "sweeps": int(state[SWEEPS]), "collapses": int(state[COLLAPSES]),
