@@ -3,6 +3,7 @@
 // Source    Garland & Heckbert 1997, greedy by cost; the blocks and their shared threshold are ours
 // Work      1-D; items take the next block until none is left, so which takes which does not matter
 // Reads     sorted      uint4[triangle_count]     a b c, row of the input; each block has `EACH` rows
+//           schedule    uint[16 * sweeps]
 //           quotas      uint[blocks]              triangles that a block may take away, even but for a single one
 // Writes    histograms  uint[BINS * blocks]       edges of the blocks that are asked, by cost
 //           points      float4[vertex_count]      of vertices that moved
@@ -72,6 +73,7 @@ __kernel void edge_collapse_geometry_sample(
 __kernel void edge_collapse_geometry_collapse(
     __global const uint4 *restrict sorted,
     __global const uint *restrict quotas,
+    __global const uint *restrict schedule,
     __global float4 *restrict points,
     __global uint *restrict loss,
     __global uint *restrict parents,
@@ -87,7 +89,6 @@ __kernel void edge_collapse_geometry_collapse(
     const uint limited,
     const uint recorded,
     const float border_weight,
-    const float turn_limit, // square of the cosine
     const uint keep_border,
     const float crease, // cosine
     const uint takers)
@@ -99,6 +100,7 @@ __kernel void edge_collapse_geometry_collapse(
     block_open(&b, scratch + (size_t)item * SLICE_WORDS);
     const uint each = state[EACH], blocks = state[BLOCKS], live = state[LIVE];
     const float threshold = as_float(state[THRESHOLD]);
+    const float turn_limit = as_float(schedule[SWEEP_WORDS * (state[SWEEPS] - 1) + TURN_LIMIT]);
     while (true) {
         const uint index = atomic_inc(state + TAKEN);
         if (index >= blocks) return;
