@@ -43,6 +43,8 @@ __kernel void nurbs_vertex(
         if (surfaces[SURFACE_WORDS * middle] <= first) low = middle;
         else high = middle;
     }
+    nurbs_curve curve;
+    curve.row = UINT_MAX;
     for (uint done = 0; done < count; ++low) {
         nurbs_surface surface;
         nurbs_surface_of(&surface, surfaces + SURFACE_WORDS * low);
@@ -52,8 +54,8 @@ __kernel void nurbs_vertex(
             while (j < surface.columns && done < count) {
                 const uint sample = surface.sample_v + j;
                 const uint here = min(samples[4 * sample + 1] - sample, count - done);
-                nurbs_run(points + 3 * done, directions + (NORMALS ? 3 * done : 0), &surface, &tables,
-                    surface.sample_u + i, sample, here, count - done);
+                nurbs_run(points + 3 * done, directions + (NORMALS ? 3 * done : 0), &curve, &surface, &tables,
+                    surface.sample_u + i, sample, here, count - done, done);
                 done += here, j += here;
             }
     }
