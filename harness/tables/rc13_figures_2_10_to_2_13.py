@@ -60,7 +60,7 @@ def _against(dataset: str, scene: str, peer: str, level: int, **more: Any) -> Gr
     size: dict[str, Any] = {"level": level}
     subjects = (Subject("vst", size | more), Subject(peer, size | (more if peer in TAKES else {})))
     facts = {"scene": scene, "level": level, "against": peer}
-    return Group(dataset, subjects, facts, standin_ok=True)
+    return Group(dataset, subjects, facts, standin_ok=True, warm=True)
 
 
 def _alone(normals: bool, level: int) -> list[Group]:
@@ -180,6 +180,7 @@ TABLE = Table(
         "vertex by itself, as its domain shader does.",
         "Each peer on the host takes turns with vst alone, in a group of two: where several share a group, each finds "
         "the caches full of the others' points and the cores asleep or still held by others' threads. "
+        "There every sample, ours or a peer's, follows at once on a frame of the same subject that is not timed. "
         "The shaders, whose frames take tens of milliseconds, share theirs.",
         "numpy_bezier is two matrix products for points; its normals take three passes more. "
         "scipy_bspline and splipy make points alone, in float64.",
