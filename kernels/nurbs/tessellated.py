@@ -137,8 +137,9 @@ class Tessellated(DeviceSubject):
             program = self.device.build("nurbs/vertex.cl", defines=defines)
         launch = program.launch(
             "nurbs_vertex", -(-self.vertices // defines["CHUNK"]), stage="vertex",
-            local=group, **self.buffers, positions=self.positions, normals=self.normals, stride=self.buffers["places"].shape[1],
-            surface_count=len(self.model.surfaces), vertex_count=self.vertices,
+            local=group, **self.buffers, positions=self.positions, normals=self.normals,
+            stride=self.buffers["places"].shape[1], surface_count=len(self.model.surfaces),
+            vertex_count=self.vertices,
         )  # fmt: skip
         terms = [s.degree_v + 1 for s in self.model.surfaces]
         each = [6 * term * (3 if self._params.normals else 1) for term in terms]
@@ -233,10 +234,11 @@ class Tessellated(DeviceSubject):
         return judged(self.model, self.grids, positions, normals)
 
     def more_counters(self) -> Mapping[str, int | float]:
-        """The surfaces, their KSQuads, and which of their borders are one."""
+        """The surfaces, their KSQuads, the rows and columns of all grids, and which borders are one."""
         return {
             "surfaces": len(self.model.surfaces),
             "quads": self.model.span_count,
+            "side_samples": sum(grid.rows + grid.columns for grid in self.grids),
             "launches": len(self._steps),
             **self._borders.counts(),
         }
