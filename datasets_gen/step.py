@@ -6,11 +6,12 @@ Source: ISO 10303-21 (clear text) and ISO 10303-42, b_spline_surface_with_knots 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from lodbench.datasets_gen.iges import BYTE_ORDER_MARK
 from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
 
 KNOTS, RATIONAL, PLAIN = (
@@ -20,11 +21,11 @@ KNOTS, RATIONAL, PLAIN = (
 )
 FACES = "ADVANCED_FACE", "FACE_SURFACE"
 OTHER = re.compile(
-    r"=\s*(?:PLANE|CYLINDRICAL_SURFACE|CONICAL_SURFACE|SPHERICAL_SURFACE|TOROIDAL_SURFACE|BEZIER_SURFACE"
+    r"(?:PLANE|CYLINDRICAL_SURFACE|CONICAL_SURFACE|SPHERICAL_SURFACE|TOROIDAL_SURFACE|BEZIER_SURFACE"
     r"|UNIFORM_SURFACE|QUASI_UNIFORM_SURFACE|SURFACE_OF_REVOLUTION|SURFACE_OF_LINEAR_EXTRUSION)\s*\("
 )
-_SKIPPED = re.compile(r"/\*.*?\*/", re.S)
-_STATEMENT = re.compile(r"(?:'(?:[^']|'')*'|[^';])*;", re.S)
+_DATA = re.compile(r"\bDATA\s*(?:\([^;]*\)\s*)?;")
+_MARK = re.compile(r"'|/\*|;")
 _ENTITY = re.compile(r"\s*#(\d+)\s*=\s*(.*);\s*\Z", re.S)
 _TOKEN = re.compile(
     r"\s*(?:(?P<text>'(?:[^']|'')*')|(?P<entity>#\d+)|(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
@@ -38,22 +39,22 @@ def parse_step(text: str) -> NurbsModel:
     Raises:
         ValueError: not a STEP file, cut short, a surface whose points are not there or that is not valid.
     """
-    text = _SKIPPED.sub(" ", text)
+    text = text.removeprefix(BYTE_ORDER_MARK)
     if not text.lstrip().startswith("ISO-10303-21"):
         raise ValueError(f"expected ISO-10303-21 at the beginning, got {text.lstrip()[:20]!r}")
     if "END-ISO-10303-21" not in text:
         raise ValueError("truncated: expected END-ISO-10303-21 at the end, got none")
     entities: dict[int, str] = {}
-    for statement in _STATEMENT.findall(text):
+    for statement in _statements(text):
         if match := _ENTITY.match(statement):
             entities[int(match[1])] = match[2].strip()
     surfaces, names = [], []
     for number, entity in entities.items():
-        if KNOTS not in entity:
+        if KNOTS not in entity.upper() or KNOTS not in _without_texts(entity).upper():
             continue
         try:
             surfaces.append(_surface(_parts(entity), entities))
-        except (ValueError, TypeError, IndexError, KeyError) as error:
+        except (ValueError, TypeError, IndexError, KeyError, OverflowError) as error:
             raise ValueError(f"entity #{number}: {error}") from None
         names.append(f"#{number}")
     if not surfaces:
@@ -61,9 +62,39 @@ def parse_step(text: str) -> NurbsModel:
     notes = []
     if faces := sum(entity.startswith(FACES) for entity in entities.values()):
         notes.append(f"trims of {faces} faces are left out")
-    if others := len(OTHER.findall(text)):
+    if others := sum(bool(OTHER.match(entity)) for entity in entities.values()):
         notes.append(f"{others} surfaces of other kinds are left out")
     return NurbsModel(tuple(surfaces), tuple(names), tuple(notes))
+
+
+def _statements(text: str) -> Iterator[str]:
+    """The statements of the data, without comments; a text may hold what would else be a comment or an end.
+
+    The header is left out: it has no surfaces, and names in it often hold a quotation mark.
+    """
+    found = _DATA.search(text)
+    start = place = found.end() if found else 0
+    pieces: list[str] = []
+    while mark := _MARK.search(text, place):
+        place = mark.end()
+        if mark[0] != ";":
+            close = "*/" if mark[0] == "/*" else "'"
+            end = text.find(close, place)
+            if end < 0:
+                raise ValueError(f"truncated: expected {close} after {mark[0]}, got none")
+            place = end + len(close)
+            if mark[0] == "'":  # '' within a text is the end of one and the beginning of another
+                continue
+        pieces.append(text[start : mark.start()])
+        start = place
+        if mark[0] == ";":
+            yield " ".join(pieces) + ";"
+            pieces.clear()
+
+
+def _without_texts(entity: str) -> str:
+    """A part's name may be that of a type."""
+    return re.sub(r"'[^']*'", "", entity)
 
 
 def _surface(parts: Mapping[str, list[Any]], entities: Mapping[int, str]) -> NurbsSurface:
@@ -75,13 +106,17 @@ def _surface(parts: Mapping[str, list[Any]], entities: Mapping[int, str]) -> Nur
     else:
         base, own = knots[1:], knots[8:]
     degree_u, degree_v, rows = int(base[0]), int(base[1]), base[2]
-    points = [[_point(entities, reference) for reference in row] for row in rows]
     counts = [[int(n) for n in own[k]] for k in range(2)]
+    for degree, side, points in ((degree_u, counts[0], rows), (degree_v, counts[1], rows[0])):
+        if min(side) < 1 or sum(side) != len(points) + degree + 1:
+            wanted = len(points) + degree + 1
+            raise ValueError(f"expected multiplicities that sum to {wanted}, got {sum(side)}")
     knots_u, knots_v = (
         np.repeat(np.array(values, float), count)
         for values, count in zip(own[2:4], counts, strict=True)
     )
-    return NurbsSurface(degree_u, degree_v, knots_u, knots_v, points, weights)
+    net = [[_point(entities, reference) for reference in row] for row in rows]
+    return NurbsSurface(degree_u, degree_v, knots_u, knots_v, net, weights)
 
 
 def _point(entities: Mapping[int, str], reference: Any) -> list[float]:
