@@ -11,7 +11,7 @@
 //           scales     float[quads]               as nurbs/surface.cl has them
 // Writes    positions  float[3 * vertices]        packed; surface after surface, v fastest
 //           normals    float[3 * vertices]        packed, unit length; nothing where NORMALS is 0
-// Needs     nurbs/surface.cl
+// Needs     nurbs/row.cl
 // Plain     nurbs/reference.py
 // Defines   CHUNK (a multiple of eight), NORMALS (1: normals too), RATIONAL (nurbs/surface.cl), STREAMING (bezier/output.cl)
 
