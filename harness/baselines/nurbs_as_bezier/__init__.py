@@ -8,18 +8,17 @@ Source: Concheiro 2013, chapters 2 (VST) and 6 (which does without this conversi
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from lodbench.datasets_gen.nurbs_surface import Doubles, NurbsModel, NurbsSurface, cut
 from lodbench.datasets_gen.surfaces import BezierPatches
-from lodbench.kernels.bezier.params import BezierParams
+from lodbench.harness.baselines.nurbs import span_grids
 from lodbench.kernels.bezier.vst.host import Vst
 from lodbench.kernels.bezier.vst.params import Params
-from lodbench.kernels.nurbs.grids import Grid
 from lodbench.kernels.nurbs.judged import judged
-from lodbench.kernels.nurbs.samples import by_span, first_knots
+from lodbench.kernels.nurbs.samples import first_knots
 from lodbench.kernels.opencl import Device, Timeline, Unsupported
 from lodbench.kernels.system import Check, System
 
@@ -71,7 +70,7 @@ class AsBezier(Vst):
 
         Where patches meet at less than the family's smallest angle they share a normal, which no surface has.
         """
-        grids, order = _grids(self._model, self._params)
+        grids, order = span_grids(self._model, self._params.level)
         found = judged(self._model, grids, self._read()[0][order], None)
         return super().check() if found.passed else found
 
@@ -79,23 +78,6 @@ class AsBezier(Vst):
         """With the surfaces and their KSQuads."""
         counts = {"surfaces": len(self._model.surfaces), "quads": self._model.span_count}
         return {**super().more_counters(), **counts}
-
-
-def _grids(model: NurbsModel, params: BezierParams) -> tuple[Sequence[Grid], Doubles]:
-    """The grid of each surface's vertices, and for each of these the patch's vertex that stands there."""
-    n, first, vertices = 1 << params.level, 0, 0
-    grids, order = [], [np.zeros(0, np.int64)]
-    for surface in model.surfaces:
-        u, v = by_span(surface.knots_u, n), by_span(surface.knots_v, n)
-        grids.append(Grid(u, v, first))
-        spans_v = len(first_knots(surface.knots_v))
-        row, column = (np.rint(s.t * n).astype(np.int64) for s in (u, v))
-        patch = u.spans[:, None] * spans_v + v.spans
-        place = patch * (n + 1) ** 2 + row[:, None] * (n + 1) + column
-        order.append(vertices + place.ravel())
-        first += grids[-1].vertices
-        vertices += surface.span_count * (n + 1) ** 2
-    return grids, np.concatenate(order)
 
 
 def prepare(device: Device, model: NurbsModel, params: Params) -> AsBezier:
