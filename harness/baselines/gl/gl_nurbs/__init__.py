@@ -83,8 +83,9 @@ class Spans(Drawn):
         """See `Drawn`; with degrees as constants where all surfaces have the same."""
         found = {(s.degree_u, s.degree_v) for s in self.model.surfaces}
         self._degrees = found.pop() if len(found) == 1 else None
-        names = ("DEGREE_U", "DEGREE_V")
-        defines = dict(zip(names, self._degrees, strict=True)) if self._degrees else {}
+        defines: dict[str, int] = {}
+        if self._degrees is not None:
+            defines["DEGREE_U"], defines["DEGREE_V"] = self._degrees
         return (
             build("nurbs.vert", "surface.frag", defines=defines),
             build("nurbs.vert", varyings=KEPT, defines=defines),
