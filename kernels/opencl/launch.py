@@ -71,8 +71,8 @@ class Launch:
         self._loaded = loaded  # of the program: names and group sizes that have run
         self._key = (name, local)
         self.items = items
-        if missing := sorted(self._position.keys() - arguments.keys()):
-            raise TypeError(f"{name}: expected arguments {missing}, got none of them")
+        if missing := self._position.keys() - arguments.keys():
+            raise TypeError(f"{name}: expected arguments {sorted(missing)}, got none of them")
         self.set(**arguments)
 
     def __del__(self) -> None:
@@ -108,9 +108,13 @@ class Launch:
                 expected = ", ".join(self._position)
                 raise TypeError(f"{self._name}: expected one of {expected}, got {name}")
             index, parameter = self._position[name]
-            set_argument = self._kernel.set_arg if parameter.space else self._set_value
-            set_argument(index, self._argument(parameter, value))
-            self._held[name] = value
+            if type(value) is Buffer and value.dtype.char in parameter.types:
+                self._kernel.set_arg(index, value.memory)
+            elif parameter.space:
+                self._kernel.set_arg(index, self._argument(parameter, value))
+            else:
+                self._set_value(index, self._argument(parameter, value))
+        self._held |= arguments
 
     def _argument(self, parameter: Parameter, value: Any) -> Any:
         if parameter.space == "local":
@@ -124,9 +128,7 @@ class Launch:
                 raise TypeError(
                     f"{self._name}: {parameter.name}: expected {expected}, got {value.name}"
                 )
-            if value.dtype.itemsize != parameter.scalar.itemsize or (
-                (value.dtype.kind == "f") != (parameter.scalar.kind == "f")
-            ):
+            if value.dtype.char not in parameter.likes:
                 raise TypeError(
                     f"{self._name}: {parameter.name}: expected {parameter.scalar}, "
                     f"got {value.name} of {value.dtype}"
