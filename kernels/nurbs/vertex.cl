@@ -44,7 +44,7 @@ __kernel void nurbs_vertex(
         else high = middle;
     }
     nurbs_curve curve;
-    curve.row = UINT_MAX;
+    curve.row = UINT_MAX, curve.first = 0;
     for (uint done = 0; done < count; ++low) {
         nurbs_surface surface;
         nurbs_surface_of(&surface, surfaces + SURFACE_WORDS * low);
