@@ -146,7 +146,8 @@ class Clustering(DeviceSubject):
 
     def steps(self, frame: Frame) -> Sequence[Step]:
         """All that was added; the first frame goes on from where the set-up came to."""
-        return self._steps[self._found :] if self.frame is None else self._steps
+        self._again = self.frame is not None
+        return self._steps if self._again else self._steps[self._found :]
 
     def _unwarp(self, upload: Upload, warp: Warp, stage: str) -> None:
         """Points where the mesh has them, in their warped cells, and how far those let a representative step."""
@@ -280,13 +281,14 @@ class Clustering(DeviceSubject):
         self.add(launch)
 
     def read_counts(self, counts: Sequence[Buffer]) -> Sequence[NDArray[np.uint32]]:
-        """As every subject's; read with them is whether the cells were as many as in set-up."""
-        wanted = [(buffer, None) for buffer in (*counts, self.state)]
+        """As every subject's; read with them is whether the cells are as many as in set-up, if they were found anew."""
+        more = [self.state] if self._again else []
         if self._map_out is not None:
-            *found, state, self._vertex_map = self.device.read_all(*wanted, (self._map_out, None))
-        else:
-            *found, state = self.device.read_all(*wanted)
-        if (occupied := int(state[0])) > self.capacity:
+            more.append(self._map_out)
+        found = self.device.read_all(*((buffer, None) for buffer in (*counts, *more)))
+        if self._map_out is not None:
+            self._vertex_map = found.pop()
+        if self._again and (occupied := int(found.pop()[0])) > self.capacity:
             raise DeviceError(
                 f"cells: expected {self.capacity} occupied as in set-up, got {occupied}"
             )
