@@ -215,6 +215,12 @@ HOSTILE_IGES = {
     "sequence numbers cut off": lambda t: "\n".join(line[:73] for line in t.split("\n")[:-2])
     + "\n" + t.split("\n")[-2],
     "other separators": other_separators,
+    "separators left out and zeros before numbers": lambda t: re.sub(
+        r"([SGDPT]) *(\d+)(?=[SGDPT ]|$)",
+        lambda m: f"{m[1]}{int(m[2]):07d}",
+        t.replace("1H,,1H;,4Htest;", ",,4Ht;,t,1.,02;"),
+        flags=re.M,
+    ),
     "a D of Fortran": lambda t: numbers_anew(t, lambda w: f"{float(w):.17E}".replace("E", "D")),
     "no letter of an exponent": lambda t: numbers_anew(t, fortran),
     "blanks around numbers": lambda t: numbers_anew(t, lambda w: f"  {w} "),
@@ -294,6 +300,34 @@ def test_step_bears(tmp_path, what):
         changed = HOSTILE_STEP[what](text)
         path.write_bytes(changed.encode("latin-1"))
         assert_same(read_nurbs(path), model, 1e-15)
+
+
+@pytest.mark.parametrize(
+    ("kind", "knots"),
+    [
+        ("BEZIER_SURFACE", [0, 0, 0, 1, 1, 2, 2, 2]),
+        ("QUASI_UNIFORM_SURFACE", [0, 0, 0, 1, 2, 3, 3, 3]),
+        ("UNIFORM_SURFACE", [-2, -1, 0, 1, 2, 3, 4, 5]),
+    ],
+)
+def test_step_surfaces_whose_knots_follow_from_their_counts(tmp_path, kind, knots):
+    random = np.random.default_rng(0)
+    points, weights = random.normal(size=(5, 3, 3)), random.uniform(0.5, 2, (5, 3))
+    flat = [0, 0, 0, 1, 1, 1] if kind != "UNIFORM_SURFACE" else [-2, -1, 0, 1, 2, 3]
+    for given in (None, weights):
+        expected = NurbsModel((NurbsSurface(2, 2, knots, flat, points, given),))
+        raw = NurbsSurface(2, 2, [0, 0, 0, 1, 2, 3, 3, 3], [0, 0, 0, 1, 1, 1], points, given)
+        text = step(NurbsModel((raw,)))
+        number = r"\([\d.,]+\)"
+        own = rf"{number},{number},{number},\n {number},\.UNSPECIFIED\."
+        text = re.sub(rf",{own} \);", ");", text)  # a simple entity ends before them
+        text = re.sub(rf"_WITH_KNOTS\({own}\)", "_WITH_KNOTS()", text)
+        path = tmp_path / "a.stp"
+        path.write_text(text.replace("B_SPLINE_SURFACE_WITH_KNOTS", kind))
+        assert_same(read_nurbs(path), expected, 1e-15)
+    path.write_text(path.read_text().replace(f" {kind}", " RATIONAL_B_SPLINE_SURFACE_WITH_KNOTS"))
+    with pytest.raises(FileError, match="expected B-spline surfaces, got none"):
+        read_nurbs(path)
 
 
 def test_real_models_are_read(data_folder):
