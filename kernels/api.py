@@ -106,8 +106,8 @@ def simplify(
 
     The first three arguments are those of `fast_simplification.simplify`; the rest, and the errors, are those of
     `simplify_mesh`, which also returns the map from input to output vertices, and carries normals, uvs and colours,
-    which are left out here. A closed manifold stays one, of the same genus. Where the mesh has borders, points at the
-    same place are joined first, so that an STL file's triangles hang together; those of a closed mesh are left apart. A
+    which are left out here. A closed manifold stays one, of the same genus. Where the mesh has borders, points on them
+    at the same place are joined first, so that an STL file's triangles hang together; others are left apart. A
     `GeometryImage` may stand in for points and faces.
 
     Returns:

@@ -47,6 +47,7 @@ __kernel void edge_collapse_sort_keys(
         const uint first = b * state[EACH_BEFORE], past = first + block_live[b];
         for (uint t = first; t < past; ++t) {
             const uint4 row = rows[t];
+            prefetch(points + rows[min(t + 32, past - 1)].x, 1);
             if (row.x == row.y) continue;
             const int4 cell = convert_int4(clamp((points[row.x] - low) * per_unit + shift, (float4)(0.0f), most));
             const uint key = order[(uint)cell.x << 2 * bits | (uint)cell.y << bits | (uint)cell.z];
