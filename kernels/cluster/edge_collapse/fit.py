@@ -72,6 +72,7 @@ class Fit:
             "counts": made.counts, "vertices": made.vertices_out,
             "samples": made.allocate("samples", (m, 4), np.float32),
             "ring": made.allocate("ring", 9 * room, np.uint32),
+            "slots": made.allocate("slots", 3 * room, np.uint32),
             "owned": made.allocate("owned", (maps, rows + 1), np.uint32),
             "met": made.allocate("met", (maps, rows + 1), np.uint32),
             "sums": made.allocate("sums", (3 * room, 8), np.float32),

@@ -6,7 +6,7 @@
 //           counts      uint[2]                   vertices, triangles of the output
 //           owned, met  uint[map_count * (row_count + 1)]   the last part: where each vertex's samples and corners end
 //           samples, ring                         as in fit_sort.cl
-// Writes    sums        float8[3 * triangles out] of each corner's samples: weights, then weights times heights above the
+// Writes    sums        float8[3 * triangles out] of each row's samples: weights, then weights times heights above the
 //                                                 triangle, for its vertex, the next one and the one before
 // Needs     common/chunk.cl cluster/edge_collapse/fit.cl
 // Plain     cluster/edge_collapse/fit_reference.py
@@ -130,9 +130,9 @@ __kernel void edge_collapse_fit_gather(
             float planes[6][8];
             for (uint k = 0; k < 6; ++k) vstore8(totals[g][k], 0, planes[k]);
             for (uint i = 0; i < min(corners - 8 * g, 8u); ++i)
-                sums[own[3 * (8 * g + i)]] = (float8)(planes[0][i], planes[1][i], planes[2][i], planes[3][i],
+                sums[start + 8 * g + i] = (float8)(planes[0][i], planes[1][i], planes[2][i], planes[3][i],
                     planes[4][i], planes[5][i], 0.0f, 0.0f);
         }
-        for (uint i = groups ? corners : 0; i < corners; ++i) sums[own[3 * i]] = 0.0f;
+        for (uint i = groups ? corners : 0; i < corners; ++i) sums[start + i] = 0.0f;
     }
 }

@@ -7,6 +7,7 @@
 //           counts      uint[2]                   vertices, triangles of the output
 //           met         uint[map_count * (row_count + 1)]   the last part: where each vertex's corners end
 //           ring        uint[9 * triangles out]   corners, the vertices next and before
+//           slots       uint[3 * triangles out]   the row of each corner there
 //           sums        float8[3 * triangles out] as in fit_gather.cl
 // Writes    moved       float4[row_count]         places, one step on
 //           vertices    float[3 * vertex_count]   model units, of vertices that moved
@@ -54,6 +55,7 @@ __kernel void edge_collapse_fit_move(
     __global const uint *restrict counts,
     __global const uint *restrict met,
     __global const uint *restrict ring,
+    __global const uint *restrict slots,
     __global const float8 *restrict sums,
     __global float4 *restrict moved,
     __global float *restrict vertices,
@@ -87,7 +89,7 @@ __kernel void edge_collapse_fit_move(
             normals += n;
             areas += sqrt(square);
             if (!(square > FIT_LEAST)) continue;
-            const float8 own = sums[corner.x], next = sums[others.x], before = sums[others.y];
+            const float8 own = sums[start + i], next = sums[slots[others.x]], before = sums[slots[others.y]];
             const float weight = (own.s0 + next.s2 + before.s1) / square;
             const float high = (own.s3 + next.s5 + before.s4) * rsqrt(square);
             diagonal += weight * n * n;

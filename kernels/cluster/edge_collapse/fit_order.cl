@@ -6,6 +6,7 @@
 //           owned, met  uint[row_count + 1]       where each vertex's samples and corners end
 // Writes    samples     float4[triangle_count]    in order at each vertex
 //           ring        uint[9 * triangles out]
+//           slots       uint[3 * triangles out]   the row of each corner there
 // Needs     common/chunk.cl
 // Plain     cluster/edge_collapse/fit_reference.py
 
@@ -38,6 +39,7 @@ __kernel void edge_collapse_fit_order_rows(
     __global const uint *restrict met,
     __global float4 *restrict samples,
     __global uint *restrict ring,
+    __global uint *restrict slots,
     const uint room,
     const uint chunk_count)
 {
@@ -47,5 +49,6 @@ __kernel void edge_collapse_fit_order_rows(
     for (uint v = range.x; v < range.y; ++v) {
         const uint first = v ? owned[v - 1] : 0, start = v ? met[v - 1] : 0;
         fit_order(samples + first, owned[v] - first, ring + 3 * (size_t)start, met[v] - start);
+        for (uint i = start; i < met[v]; ++i) slots[ring[3 * (size_t)i]] = i;
     }
 }

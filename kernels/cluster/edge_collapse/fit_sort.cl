@@ -15,6 +15,7 @@
 //           vertex_map  uint[given_count]         output vertex of each input vertex
 //           samples     float4[triangle_count]    centroid and area of some input triangles
 //           ring        uint[9 * triangles out]   corners, the vertices next and before
+//           slots       uint[3 * triangles out]   the row of each corner there
 //           owned, met  uint[map_count * (row_count + 1)]   samples and corners of each vertex, in parts; then where they
 //                                                 go; afterwards the last part has where each vertex's end
 // Needs     common/chunk.cl cluster/edge_collapse/fit.cl
@@ -135,6 +136,7 @@ __kernel void edge_collapse_fit_sort_scatter(
     __global uint *restrict met,
     __global float4 *restrict samples,
     __global uint *restrict ring,
+    __global uint *restrict slots,
     const float prescale,
     const uint room,
     const uint row_count,
@@ -165,5 +167,6 @@ __kernel void edge_collapse_fit_sort_scatter(
         const uint v = survivors[c], at = alone ? met[v]++ : atomic_inc(met + v);
         const uint2 others = fit_others(c);
         vstore3((uint3)(c, survivors[others.x], survivors[others.y]), at, ring);
+        slots[c] = at;
     }
 }
