@@ -16,23 +16,26 @@ from __future__ import annotations
 from lodbench.datasets_gen.surfaces import BezierPatches
 from lodbench.kernels.bezier.dabt.host import Dabt
 from lodbench.kernels.bezier.dabt.params import Params
+from lodbench.kernels.bezier.gridded import by_test
 from lodbench.kernels.bezier.tessellating import tessellator
 from lodbench.kernels.system import System
 
 __all__ = ["Dabt", "Params", "SYSTEM", "tessellate"]
 
-tessellate = tessellator(Dabt, Params)
+prepare = by_test(Dabt)
+tessellate = tessellator(prepare, Params)
 
 SYSTEM = System(
     name="dabt",
     family="bezier",
     source="Concheiro 2013, chapter 3; GRAPP 2011",
     takes=(BezierPatches,),
-    prepare=Dabt,
+    prepare=prepare,
     cases={
         "distance_5": Params(5),
         "flat_4": Params(4, test="flat"),
         "length_4": Params(4, test="length"),
+        "mean_5": Params(5, test="mean"),
         "all_3": Params(3, threshold=0.0),
         "shallow_2": Params(2, normals=False),
     },

@@ -14,6 +14,7 @@ rest is a reconstruction.
 from __future__ import annotations
 
 from lodbench.datasets_gen.surfaces import BezierPatches
+from lodbench.kernels.bezier.gridded import by_test
 from lodbench.kernels.bezier.semi_adaptive.host import SemiAdaptive
 from lodbench.kernels.bezier.semi_adaptive.params import Params
 from lodbench.kernels.bezier.tessellating import tessellator
@@ -21,18 +22,20 @@ from lodbench.kernels.system import System
 
 __all__ = ["Params", "SYSTEM", "SemiAdaptive", "tessellate"]
 
-tessellate = tessellator(SemiAdaptive, Params)
+prepare = by_test(SemiAdaptive)
+tessellate = tessellator(prepare, Params)
 
 SYSTEM = System(
     name="semi_adaptive",
     family="bezier",
     source="Concheiro 2013, chapter 4; GRAPP 2014",
     takes=(BezierPatches,),
-    prepare=SemiAdaptive,
+    prepare=prepare,
     cases={
         "distance_5": Params(5),
         "flat_4": Params(4, test="flat"),
         "length_4": Params(4, test="length"),
+        "mean_5": Params(5, test="mean"),
         "all_3": Params(3, threshold=0.0),
         "shallow_2": Params(2, normals=False),
     },
