@@ -130,7 +130,7 @@ def render(
 
     Refined anew for each: lodbench render small.ply lod.gif --path orbit --refine adaptive_patterns -s by=screen
 
-    Patches, as fine as they are seen: lodbench render pot_32 pots.gif --path orbit --turntable 8 --size 160x128 -s by=screen
+    Patches: lodbench render pot_32 pots.gif --path orbit --turntable 8 --size 160x128 -s by=screen
 
     Piped: lodbench datasets make terrain_2k - | lodbench render - terrain.png --up z
     """
