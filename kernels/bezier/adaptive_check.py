@@ -20,14 +20,12 @@ from lodbench.kernels.bezier.candidates import (
 )
 from lodbench.kernels.bezier.grids import (
     FIRST_HALF,
-    LEVEL_U,
-    LEVEL_V,
-    SIZES,
-    edge_levels,
-    grid_errors,
+    Wish,
+    edges_of,
+    grid_costs,
     grid_masks,
-    half_strips,
 )
+from lodbench.kernels.bezier.half_strips import half_strips
 from lodbench.kernels.bezier.lattice import lattice_parameters
 from lodbench.kernels.bezier.measures import (
     SCREEN,
@@ -134,18 +132,27 @@ def _wrong_grids(
     area: float,
 ) -> int:
     """Cells of some patches that wish for more than the cheapest grid, and of all whose masks do not follow; 2 each."""
-    wrong = (grid_masks(wishes, edge_levels(wishes, ring)) != masks.reshape(-1, 2)).any(axis=-1)
-    errors, areas = grid_errors(P, params.base, inverse)
-    costs = errors / area + params.least * (2 << (LEVEL_U + LEVEL_V))
-    costs = np.where(np.maximum(LEVEL_U, LEVEL_V) <= params.finest_depth, costs, np.inf)
-    own = wishes.reshape(len(masks), -1)[some]
-    grid = SIZES * (own & 3) + (own >> 2 & 3)
-    cost = np.take_along_axis(costs, (own >> 4)[..., None, None], 2)[:, :, 0]
-    cost = np.take_along_axis(cost, grid[..., None], -1)[..., 0]
-    margin = ROUNDING["mean"] * (areas + ROUNDED_AREA) / area
-    dear = cost > costs.min((2, 3)) * (1 + CERTAIN) + margin
-    if not params.least:  # whatever bends
-        dear = grid != (SIZES + 1) * params.finest_depth
+    wrong = (grid_masks(wishes, edges_of(wishes, ring)) != masks.reshape(-1, 2)).any(axis=-1)
+    price = params.least * area
+    whole, halves, areas = grid_costs(P, params.base, inverse, price)
+    own = Wish.of(wishes.reshape(len(masks), -1)[some].ravel())
+    depth = params.finest_depth
+    halves = halves[..., :depth, : depth + 1].reshape(-1, *halves.shape[2:5], depth, depth + 1)
+    least = [whole.min(-1).ravel()]
+    if depth:
+        least += list(halves.min((3, 4, 5)).sum(2).T)
+    cell = np.arange(len(own.cut))
+    costs = [np.take_along_axis(whole.reshape(-1, 2), own.other[:, :1], 1)[:, 0]]
+    for cut in (0, 1) if depth else ():
+        of_half = [
+            halves[cell, cut, k, own.other[:, k], own.rows[:, k], own.columns[:, k]] for k in (0, 1)
+        ]
+        costs.append(of_half[0] + of_half[1])
+    margin = ROUNDING["mean"] * (areas.ravel() + ROUNDED_AREA)
+    dear = np.choose(own.cut, costs) > np.min(least, axis=0) * (1 + CERTAIN) + margin
+    if not price:  # whatever bends
+        dear = (own.cut == 0) | (own.rows != depth - 1).any(1) | (own.columns != depth).any(1)
+        dear &= depth > 0
     return 2 * int(wrong.sum() + dear.sum())
 
 

@@ -35,7 +35,7 @@ class Gridded(Adaptive):
     def __init__(self, device: Device, patches: BezierPatches, params: AdaptiveParams) -> None:
         super().__init__(device, patches, params)
         cells, local = self.cells, group_size(device)
-        self.build("bezier/grids.cl")
+        self.build("bezier/grids.cl", "bezier/grid_pieces.cl")
         area = surface_area(patches.points.astype(np.float64), self._inverse)
         self.area = max(area, LEAST_AREA)
         self.ring = rings(self._borders, params.base)
@@ -50,14 +50,14 @@ class Gridded(Adaptive):
         )  # fmt: skip
         self.add(choosing, bytes=4 * CONTROL_FLOATS * self.count + 4 * cells)
         testing = self._tests.launch(
-            "bezier_grids_test", cells, stage="geometry_test", local=local, wishes=self._wishes,
+            "bezier_grid_pieces_test", cells, stage="geometry_test", local=local, wishes=self._wishes,
             ring=ring, masks=self._masks, **self._sizes, cell_count=cells,
         )  # fmt: skip
         self.add(testing, bytes=44 * cells)
-        self.finish("bezier_grids_emit", {})
+        self.finish("bezier_grid_pieces_emit", {})
 
     def wishes(self) -> Integers:
-        """The grid that each cell wishes for, (cells,): level along u, 4 level along v, 16 if cut along b d."""
+        """The grid that each cell wishes for, (cells,): see `grids`."""
         return self.device.read(self._wishes).astype(np.int64)
 
     def work(self, flags: Flags) -> NDArray[np.int64]:

@@ -5,10 +5,14 @@
 // Reads     nothing
 // Writes    nothing
 // Needs     bezier/strips.cl
-// Plain     bezier/grids.py
+// Plain     bezier/half_strips.py
 // Defines   NORMALS, STREAMING (bezier/output.cl, 1)
 
-#define OTHER_CUT 59 // this bit of a mask: cut along the other diagonal
+#define COLUMNS_BIT 57 // and the next, of a mask: log2 of its columns
+#define OTHER_CUT 59   // this bit: cut along the other diagonal
+
+// nine places of which every 8 >> level has a vertex, from bit 0 on
+static inline uint half_on(const uint level) { return level == 3 ? 0x1ff : level == 2 ? 0x155 : level == 1 ? 0x111 : 0x101; }
 
 static inline uint half_rank(const ulong mask, const uint r, const uint c)
 {
@@ -31,7 +35,7 @@ static inline uint half_fan(uchar *list, uint count, const ulong mask, const uin
 // the triangles of a half, as ranks of its vertices; returns how many
 static inline uint half_strips(uchar *list, const ulong mask)
 {
-    const uint columns = bezier_half_row(mask, 0) & bezier_half_row(mask, HALF_ROWS - 1);
+    const uint columns = half_on((uint)(mask >> COLUMNS_BIT) & 3);
     const int other = (int)(mask >> OTHER_CUT & 1);
     uint count = 0, above = 0;
     for (uint below = 1; below < HALF_ROWS; ++below) {

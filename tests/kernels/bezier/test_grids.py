@@ -11,19 +11,39 @@ from lodbench.kernels.bezier.candidates import CELL, CORNERS, nodes_of, ways_of
 from lodbench.kernels.bezier.grids import (
     FIRST_HALF,
     PIECES,
-    edge_levels,
+    Wish,
+    edges_of,
     grid_masks,
-    half_strips,
     piece_levels,
     piece_triangles,
     rings,
 )
+from lodbench.kernels.bezier.half_strips import half_strips
 from lodbench.kernels.bezier.measures import inverse_diagonal
 from lodbench.kernels.bezier.strips import strips
 from lodbench.kernels.system import Frame, run
 from tests.kernels.bezier.patches import bicubic, sheets
 
-levels = st.integers(0, 3)
+PLACES = np.arange(CELL + 1)
+parts = st.tuples(st.integers(0, 2), st.integers(0, 3), st.integers(0, 1))
+wishes = st.builds(
+    lambda cut, *halves: (
+        cut + sum(a + 4 * b + 16 * c << 2 + 5 * k for k, (a, b, c) in enumerate(halves))
+    ),
+    st.integers(0, 2),
+    parts,
+    parts,
+)
+nested = st.integers(0, 127).map(lambda bits: closed(np.array([bits >> k & 1 for k in range(7)])))
+
+
+def closed(places):
+    """With each place those between which it lies, and both ends."""
+    on = np.concatenate([[1], places, [1]]).astype(bool)
+    for step in (1, 2):
+        for middle in range(2 * step, CELL, 4 * step):
+            on[middle] |= on[middle - step] | on[middle + step]
+    return on
 
 
 def triangles_of(mask):
@@ -31,13 +51,14 @@ def triangles_of(mask):
     return half_strips(mask) if half else strips(mask & ((1 << 45) - 1))
 
 
-@settings(max_examples=150, deadline=None)
-@given(st.tuples(levels, levels, st.integers(0, 1)), st.tuples(levels, levels, levels, levels))
+@settings(max_examples=200, deadline=None)
+@given(wishes, st.tuples(nested, nested, nested, nested))
 def test_both_pieces_tile_the_cell_between_any_edges(wish, more):
-    u, v, other = wish
-    edges = np.maximum(more, [v, v, u, u])
-    masks = grid_masks(np.array([u + 4 * v + 16 * other]), edges[None])[0]
-    total, doubled, ends = 0, 0, []
+    alone = np.arange(0, 8, 2, dtype=np.uint32)  # a ring for each edge
+    own = edges_of(np.array([wish]), alone)[0]
+    edges = own | np.array(more)
+    masks = grid_masks(np.array([wish]), edges[None])[0]
+    doubled, ends = 0, []
     for mask in masks:
         nodes, way = np.flatnonzero(nodes_of(mask)), int(ways_of(mask))
         place = np.stack(np.divmod(PIECES[way, nodes], CELL + 1), axis=1)
@@ -48,18 +69,30 @@ def test_both_pieces_tile_the_cell_between_any_edges(wish, more):
         (down, across), (more_down, more_across) = (b - a).T, (c - a).T
         area = down * more_across - across * more_down
         assert (area > 0).all()  # turning from u to v
-        total, doubled = total + len(triangles), doubled + area.sum()
+        doubled += area.sum()
         around = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
         ends += [tuple(map(tuple, place[end].tolist())) for end in around]
     assert doubled == 2 * CELL * CELL
-    assert total == 2 * 2 ** (u + v) + (2**edges).sum() - 2 * (2**u + 2**v)
     assert len(set(ends)) == len(ends)
-    alone = {end for end in ends if end[::-1] not in set(ends)}
+    outside = {end for end in ends if end[::-1] not in set(ends)}
     for k, (axis, at) in enumerate([(0, 0), (0, CELL), (1, 0), (1, CELL)]):
-        on = [end for end in alone if end[0][axis] == end[1][axis] == at]
-        assert len(on) == 2 ** edges[k]  # each edge is cut where its level says, and nowhere else
-    assert len(alone) == (2**edges).sum()
-    assert piece_levels(masks).max() == max(u, v, *edges)
+        on = {end[0][1 - axis] for end in outside if end[0][axis] == end[1][axis] == at}
+        on |= {end[1][1 - axis] for end in outside if end[0][axis] == end[1][axis] == at}
+        assert on == set(PLACES[edges[k]].tolist())  # cut there, and nowhere else
+    assert len(outside) == edges.sum() - 4
+    assert 0 <= piece_levels(masks).min() <= piece_levels(masks).max() <= 3
+
+
+@given(st.integers(1, 3), st.integers(0, 3))
+@settings(max_examples=12, deadline=None)
+def test_halves_alike_are_a_grid(u, v):
+    half = u - 1 | v << 2
+    wish = np.array([1 | half << 2 | half << 7])
+    edges = edges_of(wish, np.arange(0, 8, 2, dtype=np.uint32))
+    masks = grid_masks(wish, edges)
+    assert piece_triangles(masks[0]).sum() == 2 ** (1 + u + v)
+    assert (edges.sum(-1)[0] == [2**v + 1, 2**v + 1, 2**u + 1, 2**u + 1]).all()
+    assert piece_levels(masks[0]).max() == max(u, v)
 
 
 def test_the_ways_of_halves_turn_as_triangles_do():
@@ -74,17 +107,19 @@ def test_the_ways_of_halves_turn_as_triangles_do():
 def test_rings_join_the_edges_of_cells_that_are_one(surface, base):
     found, n = borders.borders_of(surface.points), 1 << base
     ring = rings(found, base)
-    assert np.array_equal(np.sort(ring), np.arange(4 * len(surface.points) * n * n))
-    twice = ring[ring]
-    inner = ring != np.arange(len(ring))
-    assert (twice[inner] == np.arange(len(ring))[inner]).all()  # a sheet: two at the most
-    outer = (
-        found.curve == np.flatnonzero(np.bincount(found.curve.ravel()) == 1)[:, None, None]
-    ).sum()
-    assert (~inner).sum() == outer * n
-    wishes = np.random.default_rng(base).integers(0, 16, len(ring) // 4)
-    edges = edge_levels(wishes, ring).ravel()
-    assert np.array_equal(edges, edges[ring])
+    turned, after = ring & 1, ring >> 1
+    assert np.array_equal(np.sort(after), np.arange(4 * len(surface.points) * n * n))
+    inner = after != np.arange(len(ring))
+    assert (after[after] == np.arange(len(ring))).all()  # a sheet: two at the most
+    uses = np.bincount(found.curve.ravel(), minlength=found.curve.max() + 1)
+    assert (~inner).sum() == (uses[found.curve] == 1).sum() * n
+    wished = np.random.default_rng(base).integers(0, 2**12, len(ring) // 4)
+    wished = np.where(
+        (wished & 3 == 3) | (wished >> 2 & 3 == 3) | (wished >> 7 & 3 == 3), 0, wished
+    )
+    edges = edges_of(wished, ring).reshape(-1, CELL + 1)
+    there = np.where((turned != turned[after])[:, None], edges[after, ::-1], edges[after])
+    assert np.array_equal(edges, there)
 
 
 def made(device, surface, **options):
@@ -96,9 +131,9 @@ def made(device, surface, **options):
 def test_a_cylinder_is_cut_along_its_bend_alone(device):
     surface = bicubic(np.array([0, 1, 1, 0])[:, None] / 2)
     prepared = made(device, surface, level=3, threshold=1e-5)
-    (wish,) = set(prepared.wishes().tolist())
-    assert wish >> 2 & 3 == 0 and wish & 3 > 0
-    assert prepared.live()[1] == 2 * 2 ** (wish & 3)
+    wish = Wish.of(prepared.wishes())
+    assert (wish.cut == 1).all() and (wish.columns == 0).all()
+    assert prepared.live()[1] == 2 * (2**wish.rows).sum()
     flat = made(device, bicubic(0.0), level=3, threshold=1e-9)
     assert flat.live()[1] == 2
 
@@ -109,8 +144,8 @@ def test_a_twisted_patch_is_cut_along_its_valley(device):
         x = np.arange(4) / 3
         bowl = 0.2 * ((x - 0.5) ** 2)[:, None] + 0.2 * ((x - 0.5) ** 2)
         surface = bicubic(bowl - sign * 0.1 * height)
-        wishes = made(device, surface, level=3, threshold=1e-6).wishes()
-        assert (wishes >> 4 == other).all()
+        wish = Wish.of(made(device, surface, level=3, threshold=1e-6).wishes())
+        assert (wish.cut > 0).all() and (wish.other == other).all()
 
 
 def test_mean_needs_fewer_triangles_than_one_level_for_all(device):
