@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +48,15 @@ what the roundings of points come to."""
 ROUNDING = {"distance": 4e-6, "flat": 4e-6, "length": 1e-4 * SCREEN, "mean": 4e-6}
 ROUNDED_AREA = 1e-7  # what the area of a line comes to in float32, in squares of the diagonal
 Inserted = Callable[[Flags, Flags, int], Flags]
-Wished = tuple[Integers, NDArray[np.uint32], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Wished:
+    """What was chosen by the test "mean": the wish of each cell, its edges' rings, and the area of all."""
+
+    wishes: Integers
+    ring: NDArray[np.uint32]
+    area: float
 
 
 def judged(
@@ -68,7 +77,7 @@ def judged(
         mesh: what came out.
         masks: (m, cells, 2) nodes and way of each coarse triangle.
         where: patch and virtual vertex of each vertex.
-        expected: which nodes a coarse triangle has, of those that pass; or of the test "mean" what `wrong_grids` asks.
+        expected: which nodes a coarse triangle has, of those that pass; or what was wished for.
     """
     count = len(patches.points)
     some = np.unique(np.linspace(0, max(count - 1, 0), min(CHECKED, count)).astype(np.int64))
@@ -78,8 +87,8 @@ def judged(
     own = np.searchsorted(some, patch[taken])
     u, v = lattice_parameters(params.base + DEEPEST)
     inverse = inverse_diagonal(patches.points)
-    if isinstance(expected, tuple):
-        wrong = _wrong_grids(P, params, inverse, masks, some, *expected)
+    if isinstance(expected, Wished):
+        wrong = _wrong_grids(P, params, inverse, masks, some, expected)
     else:
         wrong = _wrong_masks(P, params, inverse, view, masks[some], expected)
     worst = float(wrong + _wrong_triangles(mesh, masks))
@@ -127,17 +136,19 @@ def _wrong_grids(
     inverse: float,
     masks: Masks,
     some: Integers,
-    wishes: Integers,
-    ring: NDArray[np.uint32],
-    area: float,
+    asked: Wished,
 ) -> int:
     """Cells of some patches that wish for more than the cheapest grid, and of all whose masks do not follow; 2 each."""
-    wrong = (grid_masks(wishes, edges_of(wishes, ring)) != masks.reshape(-1, 2)).any(axis=-1)
-    price = params.least * area
+    wrong = (
+        grid_masks(asked.wishes, edges_of(asked.wishes, asked.ring)) != masks.reshape(-1, 2)
+    ).any(axis=-1)
+    price = params.least * asked.area
     whole, halves, areas = grid_costs(P, params.base, inverse, price)
-    own = Wish.of(wishes.reshape(len(masks), -1)[some].ravel())
+    own = Wish.of(asked.wishes.reshape(len(masks), -1)[some].ravel())
     depth = params.finest_depth
-    halves = halves[..., :depth, : depth + 1].reshape(-1, *halves.shape[2:5], depth, depth + 1)
+    halves = halves[..., :depth, : depth + 1].reshape(
+        whole.size // 2, *halves.shape[2:5], depth, depth + 1
+    )
     least = [whole.min(-1).ravel()]
     if depth:
         least += list(halves.min((3, 4, 5)).sum(2).T)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import BezierPatches
 from lodbench.kernels.bezier.adaptive import Adaptive
-from lodbench.kernels.bezier.adaptive_check import judged
+from lodbench.kernels.bezier.adaptive_check import Wished, judged
 from lodbench.kernels.bezier.adaptive_params import AdaptiveParams
 from lodbench.kernels.bezier.candidates import Flags, Integers
 from lodbench.kernels.bezier.grids import SUMMED, rings, surface_area
@@ -69,7 +69,7 @@ class Gridded(Adaptive):
         (mesh,) = self.result()
         return judged(
             self._patches, self._params, None, mesh, self.masks(), self.vertex_places(),
-            (self.wishes(), self.ring, self.area),
+            Wished(self.wishes(), self.ring, self.area),
         )  # fmt: skip
 
 

@@ -159,10 +159,11 @@ def grid_costs(
     along = np.einsum("hi,mcijdg->mchdg", shares, off)
     across = np.einsum("hj,mcijdg->mchdg", shares, off)
     shape = (*along.shape[:-1], SIZES, SIZES)
-    halves = [along.reshape(shape)[..., 1:, :], across.reshape(shape).swapaxes(-1, -2)[..., 1:, :]]
+    halves = np.stack([along.reshape(shape), across.reshape(shape).swapaxes(-1, -2)], axis=2)
     triangles = 2 << np.add.outer(np.arange(SIZES - 1), np.arange(SIZES))
     whole = off[..., 0].sum((2, 3)) + 2 * price
-    return whole, np.stack(halves, axis=2) + price * triangles, area.mean((2, 3))
+    costs = (halves[..., 1:, :] + price * triangles).astype(np.float64)
+    return whole, costs, area.mean((2, 3))
 
 
 def rings(found: Borders, base: int) -> NDArray[np.uint32]:
@@ -241,7 +242,7 @@ def grid_masks(wishes: Integers, edges: Flags) -> Masks:
                 one[:, EDGE_NODES[edge]] |= places
         other = wish.other[:, 0]
         uncut = np.where(other, bits(whole[1]), bits(whole[0])), 3 * k + 6 * other
-        ways = np.choose(wish.cut, [uncut[1], FIRST_HALF + k, FIRST_HALF + 2 + k])
+        ways = np.where(wish.cut == 0, uncut[1], FIRST_HALF - 2 + 2 * wish.cut + k)
         masks = np.choose(wish.cut, [uncut[0], along, across])
         found[:, k] = masks | ways.astype(np.uint64) << np.uint64(60)
     return found

@@ -43,7 +43,8 @@ def half_strips(mask: int) -> Triangles:
             else:
                 found.append((top, low, tip))
     rank = [(mask & (1 << k) - 1).bit_count() for k in range(NODES)]
-    return [tuple(rank[side * r + c] for r, c in triangle) for triangle in found]
+    ranks = {(r, c): rank[side * r + c] for r in range(HALF + 1) for c in range(side)}
+    return [(ranks[a], ranks[b], ranks[c]) for a, b, c in found]
 
 
 def _side(rows: list[int], above: int, below: int, c: int) -> list[tuple[Node, Node]]:
