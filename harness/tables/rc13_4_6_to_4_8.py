@@ -19,8 +19,10 @@ DRAW = Draw((1280, 1024), apart=True)
 ERROR, FRAMES = "error", "frames"
 THRESHOLDS = (3e-3, 1e-3, 3e-4, 1e-4)
 PRICES = (1e-8, 1e-9, 1e-10)  # of the bound
-SAVED = ((5, 3e-8), (5, 3e-9), (5, 1e-9), (6, 1e-9), (6, 3e-10))  # by the test "mean": level, price
-ELSEWHERE = ("teapot", "teaspoon")  # where that test is judged too, not having been tuned there
+SAVED = ((5, 3e-8), (5, 3e-9), (5, 1e-9), (6, 1e-9), (6, 3e-10))
+"""By the test "mean", level and price, of a model of a hundred patches; smaller ones: `SMALLER` times the price."""
+LARGE, SMALLER = "elephant_gumbo", 10
+ELSEWHERE = ("teapot", "teaspoon")  # where that test is judged too
 MEDIUM, HIGH = 5, 6
 BASELINES = ("vst", "dabt")
 
@@ -31,11 +33,12 @@ def _errors(model: str, level: int) -> Group:
         for name in shared.ADAPTIVE
         for threshold in THRESHOLDS
     ]
-    asked += [
-        Subject(shared.BOUND, {"level": level, "price": price}, f"{shared.BOUND}_{price:g}")
-        for price in PRICES
-    ]
-    return _compared(model, level, asked)
+    return _compared(model, level, [*asked, *_bound(level)])
+
+
+def _bound(level: int) -> list[Subject]:
+    name = shared.BOUND
+    return [Subject(name, {"level": level, "price": p}, f"{name}_{p:g}") for p in PRICES]
 
 
 def _mean(system: str, level: int, price: float) -> Subject:
@@ -44,7 +47,8 @@ def _mean(system: str, level: int, price: float) -> Subject:
 
 
 def _compared(model: str, level: int, asked: Sequence[Subject] = ()) -> Group:
-    saving = [_mean("dabt", *each) for each in SAVED] + [_mean("semi_adaptive", *SAVED[-1])]
+    saved = [(finest, price * (1 if model == LARGE else SMALLER)) for finest, price in SAVED]
+    saving = [_mean("dabt", *each) for each in saved] + [_mean("semi_adaptive", *saved[-1])]
     return Group(
         model, (*shared.uniform(), *asked, *saving, shared.reference()),
         {"work": ERROR, "scene": model, "level": level}, once=True, standin_ok=True,
@@ -67,8 +71,8 @@ def groups(quick: bool) -> list[Group]:
     """Errors of models, frames of scenes at two degrees; `quick` has one of each."""
     errors = [_errors("teacup", MEDIUM)]
     if not quick:
-        errors += [_errors("elephant_gumbo", MEDIUM)]
-        errors += [_compared(model, MEDIUM) for model in ELSEWHERE]
+        errors += [_errors(LARGE, MEDIUM)]
+        errors += [_compared(model, MEDIUM, _bound(MEDIUM)[1:2]) for model in ELSEWHERE]
     levels = (MEDIUM,) if quick else (MEDIUM, HIGH)
     models = shared.MODELS[:1] if quick else shared.MODELS
     return [*errors, *(_frames(model, level) for level in levels for model in models)]
