@@ -144,7 +144,7 @@ def _wrong_grids(
     ).any(axis=-1)
     price = params.least * asked.area
     whole, halves, areas = grid_costs(P, params.base, inverse, price)
-    own = Wish.of(asked.wishes.reshape(len(masks), -1)[some].ravel())
+    own = Wish.of(asked.wishes.reshape(masks.shape[:2])[some].ravel())
     depth = params.finest_depth
     halves = halves[..., :depth, : depth + 1].reshape(
         whole.size // 2, *halves.shape[2:5], depth, depth + 1

@@ -38,7 +38,7 @@ static inline uint pieces_columns(const uint wish, const uint k) { return wish >
 static inline uint pieces_rows(const uint wish, const uint k) { return wish >> (2 + 5 * k) & 3; }
 
 // of five rows of a half those that it has
-static inline uint pieces_five(const uint rows) { return rows == 2 ? 0x1f : rows == 1 ? 0x15 : 0x11; }
+static inline uint pieces_five(const uint rows) { return 0x11 | (rows > 0 ? 0x4 : 0) | (rows > 1 ? 0xa : 0); }
 
 // what a cell wishes for on one of its edges
 static inline uint pieces_wished(const uint wish, const uint edge)
@@ -92,11 +92,15 @@ __kernel void bezier_grid_pieces_test(
     uint vertices = 0, faces = 0;
     for (uint k = 0; k < 2; ++k) {
         ulong mask;
-        if (cut == 1) mask = pieces_half(wish, k, edge[k], edge[2], edge[3]);
-        else if (cut == 2) mask = pieces_half(wish, k, pieces_turned(edge[2 + k]), edge[1], edge[0]);
-        else if (other) mask = k ? bezier_edge_mask(edge[1], 0, last) : bezier_edge_mask(edge[2], edge[0], 0);
-        else mask = k ? bezier_edge_mask(0, edge[0], last) : bezier_edge_mask(edge[2], 0, edge[1]);
-        masks[2 * number + k] = cut ? mask : mask | (ulong)(3 * k + 6 * other) << 60;
+        if (cut) {
+            const bool down = cut == 1;
+            mask = pieces_half(
+                wish, k, down ? edge[k] : pieces_turned(edge[2 + k]), edge[down ? 2 : 1], edge[down ? 3 : 0]);
+        } else {
+            const uint a = k ? other ? edge[1] : 0 : edge[2], b = other ? k ? 0 : edge[0] : k ? edge[0] : 0;
+            mask = bezier_edge_mask(a, b, k ? last : other ? 0 : edge[1]) | (ulong)(3 * k + 6 * other) << 60;
+        }
+        masks[2 * number + k] = mask;
         const uint count = (uint)popcount(bezier_nodes(mask));
         vertices += count;
         faces += 2 * count - 2 - (uint)popcount(mask & (cut ? HALF_EDGES : TRIANGLE_EDGES));

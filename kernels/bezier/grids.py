@@ -258,4 +258,4 @@ def _half(wish: Wish, k: int, outer: Flags, left: Flags, right: Flags) -> Masks:
         on[:, 1:HALF, c] = side[:, HALF * k + 1 : HALF * k + HALF]
     other = wish.other[:, k] ^ (wish.cut == 2)  # rows of the second cut are turned by a quarter
     facts = wish.columns[:, k] << COLUMNS_BIT | other << OTHER_CUT
-    return bits(on.reshape(len(outer), -1)) | facts.astype(np.uint64)
+    return bits(on.reshape(len(outer), NODES)) | facts.astype(np.uint64)

@@ -12,7 +12,10 @@
 #define OTHER_CUT 59   // this bit: cut along the other diagonal
 
 // nine places of which every 8 >> level has a vertex, from bit 0 on
-static inline uint half_on(const uint level) { return level == 3 ? 0x1ff : level == 2 ? 0x155 : level == 1 ? 0x111 : 0x101; }
+static inline uint half_on(const uint level)
+{
+    return 0x101 | (level > 0 ? 0x10 : 0) | (level > 1 ? 0x44 : 0) | (level > 2 ? 0xaa : 0);
+}
 
 static inline uint half_rank(const ulong mask, const uint r, const uint c)
 {
@@ -48,7 +51,7 @@ static inline uint half_strips(uchar *list, const ulong mask)
         while (up | low) {
             const int next_c = up ? (int)bezier_lowest(up) : 99, next_d = low ? (int)bezier_lowest(low) : 99;
             const int to_low = next_d - c, to_up = next_c - d;
-            const bool down = low && (!up || (to_low < 0 ? -to_low : to_low) + other <= (to_up < 0 ? -to_up : to_up));
+            const bool down = low && (!up || to_low * to_low + other <= to_up * to_up);
             const uint tip = (down ? b : a) + 1;
             if (down) d = next_d, low &= low - 1;
             else c = next_c, up &= up - 1;
