@@ -26,7 +26,7 @@ class AdaptiveParams(BezierParams):
         level: of resolution at the finest, 0 to 10: at most 2^level segments along each side of a patch.
         test: of each vertex that may be inserted: "distance" from the middle of the chord; "flat", the angle between
             the normals at the chord's ends; or "length" of the chord on the screen. Or "mean", which is none of the
-            thesis's: of each cell as a whole, so that the mean error is least for as many triangles.
+            thesis's: of each cell as a whole, so that the mean error is least for as many triangles, whatever the view.
         quality: "high", "medium" or "low": the threshold of the test.
         threshold: that threshold as a number, in place of `quality`: a share of the box's diagonal; one less the cosine
             of the angle; pixels, of which the diagonal has 1024 where there is no view; or the mean error that a
