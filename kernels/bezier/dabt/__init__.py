@@ -6,7 +6,7 @@ alone, so that neighbours agree to the bit. An edge's finest level says which pl
 triangle next to it. The vertices inserted are strips, which are zipped; all of it is done by one geometry stage that
 tests and counts, a scan, and one that emits.
 
-With the test "mean", which is not the thesis's, this and its sibling give the same: see `lodbench.kernels.bezier.grids`.
+With the test "mean", not the thesis's, this and its sibling give the same: see `lodbench.kernels.bezier.grids`.
 
 Source: Concheiro, Real Time Rendering of Parametric Surfaces on the GPU, PhD thesis, A Coruna 2013, chapter 3;
 Concheiro et al., GRAPP 2011. Of the chapter its abstract, captions and contents were at hand, hence the rest is a

@@ -6,7 +6,7 @@ none is left out. What a triangle emits thus depends on its three edges alone: t
 combinations, at the most 26^3, made once by a kernel, in place of strips that each triangle builds anew (a
 reconstruction, as is the order of its rows).
 
-With the test "mean", which is not the thesis's, this and its sibling give the same: see `lodbench.kernels.bezier.grids`.
+With the test "mean", not the thesis's, this and its sibling give the same: see `lodbench.kernels.bezier.grids`.
 
 Source: Concheiro, Real Time Rendering of Parametric Surfaces on the GPU, PhD thesis, A Coruna 2013, chapter 4;
 Concheiro et al., GRAPP 2014 (its successor). Of the chapter its abstract, captions and contents were at hand, hence the
