@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.edge_collapse.fit import EVERY
 
-SAMPLES, STEP, RIDGE, ROOM = 30, 1.5, 1e-3, 0.45
+SAMPLES, FEW, MANY = 30, 5, 524_288
+STEP, RIDGE, ROOM = 1.5, 1e-3, 0.45
 ALIKE, FOLD, BENT = 1.0001, -0.5, 0.64
 """As in the kernels."""
 
@@ -32,7 +33,8 @@ def fit(
         crease: cosine of the normals from which on edges are held.
     """
     places, triangles = result.positions.astype(np.float64), result.triangles
-    stride = mesh.triangle_count // (SAMPLES * len(triangles))
+    wanted = min(SAMPLES * len(triangles), max(FEW * len(triangles), MANY))
+    stride = mesh.triangle_count // wanted
     rows = mesh.triangles[:: stride | 1 if stride else 1]
     a, b, c = (mesh.positions[rows[:, k]].astype(np.float64) for k in range(3))
     samples, weights = (a + b + c) / 3, np.linalg.norm(np.cross(b - a, c - a), axis=1)

@@ -22,7 +22,11 @@
 // Plain     cluster/edge_collapse/fit_reference.py
 
 #define FIT_LOCKED 4194304.0f // as in setup.cl
-#define FIT_SAMPLES 30 // triangles of the input that are looked at for one of the output, about
+// triangles of the input that are looked at for one of the output, about; where these are many, so many in all or a few for
+// each, since samples are what the fit takes its time for
+#define FIT_SAMPLES 30ul
+#define FIT_MANY 524288ul
+#define FIT_FEW 5ul
 
 __kernel void edge_collapse_fit_sort_roots(
     __global const uint *restrict parents,
@@ -64,7 +68,7 @@ __kernel void edge_collapse_fit_sort_chain(
 // every so many triangles of the input are samples; odd, so that no row of a pattern is met at one place alone
 static inline uint fit_stride(__global const uint *counts, const uint triangle_count)
 {
-    const ulong wanted = (ulong)FIT_SAMPLES * counts[1];
+    const ulong wanted = min(FIT_SAMPLES * counts[1], max(FIT_FEW * counts[1], FIT_MANY));
     return wanted >= triangle_count ? 1u : (uint)(triangle_count / max(wanted, 1ul)) | 1u;
 }
 

@@ -100,15 +100,14 @@ class EdgeCollapse(DeviceSubject):
         self.sequence = self.allocate("sequence", (rows, 4), np.uint32)
         self.moves = self.allocate("moves", (rows, 4), np.float32)
         self._recorded = recorded
-        self._later: list[
-            int
-        ] = []  # first steps of the sweeps after those planned, and of what comes after all
+        # first steps of the sweeps after those planned, and of what comes after all
+        self._later: list[int] = []
         self._map_out: Buffer | None = None
         self._setup(upload, locked)
         self._sweeps(upload)
         self._emit(upload)
         self.fit: Fit | None = None
-        if params.fit:
+        if params.fits(target):
             to = to or Input(upload.positions, upload.triangles)
             self.fit = Fit(self, to)  # pyright: ignore[reportArgumentType]
         surface = DeviceSurface(

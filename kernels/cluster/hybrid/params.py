@@ -33,7 +33,7 @@ class Params(Target):
     normal_limit: Annotated[float, Range(0, 90, open="low")] = 80.0
     preserve_border: bool = False
     crease_angle: Annotated[float, Range(0, 180, open="high")] | None = None
-    fit: bool = True
+    fit: bool | None = None
 
     def collapse(self, target: int) -> EdgeParams:
         """Of the second stage."""
