@@ -118,9 +118,7 @@ class Drawings:
             elif key == _XLINK:
                 yield "href", f"#{names[value[1:]]}"
             elif key == "style":
-                value = re.sub(
-                    r"url\(#([^)]+)\)", lambda found: f"url(#{names[found[1]]})", value
-                )
+                value = re.sub(r"url\(#([^)]+)\)", lambda found: f"url(#{names[found[1]]})", value)
                 if found := self._class(value):
                     yield "class", found
             elif key == "clip-path" and _within(element, self._frames.get(value[5:-1])):
@@ -242,4 +240,3 @@ def dark(colour: str) -> str:
         parts = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
         mixed = "#" + "".join(f"{round(c + (255 - c) * toward / 20):02x}" for c in parts)
     return mixed
-

@@ -14,9 +14,9 @@ from lodbench.harness.record.foreign import PICTURE_FIELDS, read_json
 from lodbench.harness.report.methods import SERIES as RIVALS
 
 IMAGES = (".png", ".jpg", ".jpeg", ".webp")
-WIDTH = 512  # pixels of a picture in the page, twice what it takes on a screen
-SMALL = 400  # of one that shows a dataset alone
-QUALITY = 72
+WIDTH = 448  # pixels of a picture in the page, twice what it takes on a screen
+LARGE, SMALL = 576, 320  # of one of several levels, which is shown alone, and of one of a dataset
+QUALITY = 70
 MOST_PIXELS = 50_000_000  # of a file; a larger one is none of a run's
 
 
@@ -51,7 +51,7 @@ def pictures(folder: Path) -> list[Embedded]:
     for path in sorted(files, key=lambda path: (order.get(path.name, len(order)), path)):
         about = known.get(path.name, {})
         series = about.get("series", "")
-        width = WIDTH if series else SMALL
+        width = LARGE if "level" in about else WIDTH if series else SMALL
         data, size = _packed(path, width)
         name = path.stem.replace("_", " ")
         found.append(

@@ -1,4 +1,4 @@
-"""One mesh by every method at the same number of triangles, coloured by the distance to the input, named in the picture."""
+"""One mesh by every method at the same number of triangles, coloured by the distance to the input, with their names."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.measure.quality import located
 from lodbench.harness.plan import registry
 from lodbench.harness.record.record import GroupRecord, RunRecord, SubjectRecord
-from lodbench.harness.report.amounts import rounded
 from lodbench.harness.report.ratios import LIKE_COUNTS
 from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.render import mesh_view, render
@@ -25,8 +24,12 @@ SERIES = "methods"
 TABLE = "pareto"  # before others
 LEAST = 3  # rivals that make a strip
 MOST_TRIANGLES = 200_000  # in; some rivals take seconds for more
-SQUARE = 0.8  # width of a picture over that of others, of which the sides are empty
-FORMS = ("_one_core", "_rounds")  # of a subject that is there, for other machines
+SHAPE = (
+    0.8,
+    0.84,
+)  # of a picture over others', of which the sides are empty; below is room for the name
+BAND, INK = (238, 240, 243), (20, 24, 28)  # behind a name, and its own colour
+FORMS = ("one_core", "_rounds")  # of a subject that is there, for other machines
 RANGE = (0.0, 0.004)  # of the colours, distance as a share of the diagonal
 
 Picture = tuple[dict[str, Any], NDArray[np.uint8]]
@@ -53,7 +56,9 @@ def method_pictures(record: RunRecord, size: tuple[int, int], device: Device) ->
         (pair for pair in found if (pair[0].table, pair[0].dataset) == (table, dataset)),
         key=lambda pair: pair[1][0].counters["triangles"],
     )
-    yield from _strip(group, subjects, (round(SQUARE * size[0]), size[1]), device)
+    yield from _strip(
+        group, subjects, (round(SHAPE[0] * size[0]), round(SHAPE[1] * size[1])), device
+    )
 
 
 def rivals(group: GroupRecord) -> list[SubjectRecord]:
@@ -100,8 +105,8 @@ def _strip(
         (made,) = prepared.result()
         look = {"colour": distances(mesh, made), "colour_range": RANGE, "wireframe": True}
         pixels = render(made, camera=view, device=device, **look)
-        off = rounded((subject.quality or {})["rms_error"] * 1e3, 2)
-        said = f"{made.triangle_count:,} triangles, RMS error {off}e-3"
+        off = f"{(subject.quality or {})['rms_error']:.1e}".replace("e-0", "e-")
+        said = f"{made.triangle_count:,} triangles, RMS error {off}"
         picture = {
             "file": f"methods_{number}_{group.dataset}.png",
             "series": SERIES,
@@ -110,7 +115,10 @@ def _strip(
             "caption": f"{group.dataset} by {subject.label}: {said} of the diagonal; the brighter the farther from the "
             f"input, up to {RANGE[1]:g} of the diagonal",
         }
-        yield picture, named(pixels, subject.label, said.replace(" triangles", "").replace("RMS ", ""))
+        yield (
+            picture,
+            named(pixels, subject.label, said.replace(" triangles", "").replace("RMS ", "")),
+        )
 
 
 def distances(mesh: TriangleMesh, made: TriangleMesh) -> NDArray[np.float64]:
@@ -120,25 +128,22 @@ def distances(mesh: TriangleMesh, made: TriangleMesh) -> NDArray[np.float64]:
 
 
 def named(pixels: NDArray[np.uint8], name: str, said: str) -> NDArray[np.uint8]:
-    """The picture, (h, w, 3), with a name along its lower edge, as large as fits, and a line under it."""
+    """The picture, (h, w, 3), and under it a band with a name, as large as fits, and a line: (h + b, w, 3)."""
     from PIL import Image, ImageDraw, ImageFont
 
     height, width = pixels.shape[:2]
     fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-    picture = Image.fromarray(pixels)
-    draw = ImageDraw.Draw(picture)
-    large = max(round(height / 11), 6)
-    margin = max(large // 3, 1)
-    lines = []
+    large = max(height / 11, 6.0)
+    margin = max(round(large / 4), 1)
+    band = Image.new("RGB", (width, round(2.6 * large)), BAND)
+    draw, top = ImageDraw.Draw(band), margin
     for text, file, most in (
         (name, "DejaVuSans-Bold.ttf", large),
-        (said, "DejaVuSans.ttf", 0.8 * large),
+        (said, "DejaVuSans.ttf", 0.95 * large),
     ):
         wide = draw.textlength(text, ImageFont.truetype(str(fonts / file), 100)) / 100
         size = min(most, (width - 2 * margin) / max(wide, 1e-3))
-        lines.append((text, ImageFont.truetype(str(fonts / file), max(size, 1))))
-    top = height - margin
-    for text, font in reversed(lines):
-        top -= round(1.25 * font.size)
-        draw.text((margin, top), text, fill=(20, 24, 28), font=font)
-    return np.asarray(picture)
+        font = ImageFont.truetype(str(fonts / file), max(size, 1))
+        draw.text((margin, top), text, fill=INK, font=font)
+        top += round(1.1 * most)
+    return np.concatenate([pixels, np.asarray(band)])

@@ -51,5 +51,5 @@ theme.hidden = false;
 theme.addEventListener("click", () => {
   const next = (schemes.indexOf(document.documentElement.style.colorScheme || schemes[0]) + 1) % schemes.length;
   document.documentElement.style.colorScheme = schemes[next];
-  theme.textContent = ["as the system", "light", "dark"][next];
+  theme.textContent = `theme: ${["auto", "light", "dark"][next]}`;
 });

@@ -25,7 +25,10 @@ NAME = "report.html"
 TEMPLATE = "page.html"
 # the first of these that was drawn stands before its table, the others after it
 LEADS = ("path", "error-time", "front", "fps", "time", "difference", "memory", "cores", "error")
-FRONT, FIRST_TABLE = "front", "pareto"  # the picture of the first screen, and the table it is of where there are several
+FRONT, FIRST_TABLE = (
+    "front",
+    "pareto",
+)  # the picture of the first screen, and the table it is of where there are several
 ON_FIRST_SCREEN = 10  # pictures of rivals
 
 

@@ -111,9 +111,7 @@ def write_figures(folder: Path, run: RunRecord | None = None) -> list[Figure]:
     return figures
 
 
-def _subjects(
-    tables: Sequence[Mapping[str, Any]], run: RunRecord
-) -> dict[str, dict[str, str]]:
+def _subjects(tables: Sequence[Mapping[str, Any]], run: RunRecord) -> dict[str, dict[str, str]]:
     """Every subject of each table, with its system; a row that nobody measured is its own."""
     measured = subjects(run)
     return {

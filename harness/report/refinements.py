@@ -48,7 +48,8 @@ def refinement_pictures(
         `file`, `caption` and `series`, and the pixels.
     """
     yield from _waves(record, size, device)
-    curved = next(_measured(record, CURVED), None)
+    both = (group for group in _measured(record, CURVED) if group in [*_measured(record, FLAT)])
+    curved = next(both, None) or next(_measured(record, CURVED), None)
     if curved is not None:
         yield from _sphere(size, device, {"table": curved.table})
     yield from _creases(record, size, device)
@@ -118,9 +119,7 @@ def _waves(record: RunRecord, size: tuple[int, int], device: Device) -> Iterator
         )
 
 
-def _sphere(
-    size: tuple[int, int], device: Device, about: Mapping[str, str]
-) -> Iterator[Picture]:
+def _sphere(size: tuple[int, int], device: Device, about: Mapping[str, str]) -> Iterator[Picture]:
     """A sphere of few triangles, flat and curved, from one camera."""
     mesh = _coarse(SPHERE)
     assert mesh is not None
@@ -130,7 +129,12 @@ def _sphere(
     for number, (system, surface) in enumerate(zip(systems, surfaces, strict=True)):
         caption = f"{SPHERE}, {system}, {_segments(SEGMENTS)}: {surface.triangle_count:,} triangles"
         yield (
-            {"file": f"curved_{number}_{SPHERE}.png", "caption": caption, "series": "curved", **about},
+            {
+                "file": f"curved_{number}_{SPHERE}.png",
+                "caption": caption,
+                "series": "curved",
+                **about,
+            },
             render(surface, camera=view, device=device),
         )
 

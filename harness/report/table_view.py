@@ -19,7 +19,12 @@ SCALES = {
     "1": ((0.01, "1"), (3e-5, "×10⁻³"), (0.0, "×10⁻⁶")),
 }
 MOST = 8  # columns that are shown until all are asked for
-WANTED = ("wall_s", "frame_fps", "rms_error", "rms_difference")  # before others, where a table has them
+WANTED = (
+    "wall_s",
+    "frame_fps",
+    "rms_error",
+    "rms_difference",
+)  # before others, where a table has them
 LAST = (  # what a first look can do without
     "wall_s_min", "wall_error", "samples", "frames", "frame_s", "vertices_out", "vertices_in", "rms_error_back",
     "flipped_triangles", "stored_bytes", "first_launch_s", "stage_s", "batches", "open_edges", "triangles_per_s",
@@ -81,6 +86,13 @@ def columns(
         brief: keys of the columns that a terminal shows, where the table says so.
         facts: keys of the columns that say which case a row is.
     """
+    found = {column.key: column for column in every_column(document)}
+    first = _first([*found], document["rows"], brief, facts)
+    return [found[key] for key in (*first, *(key for key in found if key not in first))]
+
+
+def every_column(document: Document) -> list[Shown]:
+    """The columns that have a value, in the table's order; low and high ends and reasons are in others' cells."""
     rows = document["rows"]
     known = {column["key"]: column for column in document["columns"]}
     ends = {
@@ -90,13 +102,11 @@ def columns(
         if key + low in known and key + high in known
     }
     inside = {end for pair in ends.values() for end in pair} | {"reason"}
-    found = {
-        key: _shown(column, rows, ends.get(key))
+    return [
+        _shown(column, rows, ends.get(key))
         for key, column in known.items()
         if key not in inside and any(row.get(key) not in (None, "") for row in rows)
-    }
-    first = _first([*found], rows, brief, facts)
-    return [found[key] for key in (*first, *(key for key in found if key not in first))]
+    ]
 
 
 def _shown(
@@ -179,6 +189,7 @@ class Headline:
 
 
 SENTENCES = 6
+SAME = 5e-3  # by which an error may differ and be called the same
 
 
 def headlines(document: Document, facts: Sequence[str] = ()) -> list[Headline]:
@@ -200,7 +211,9 @@ def headlines(document: Document, facts: Sequence[str] = ()) -> list[Headline]:
         ratios = [r[key] for r in ours]
         if not ratios:
             continue
-        several = f"median of {len(ratios)} cases, {rounded(min(ratios), 3)} to {rounded(max(ratios), 3)}"
+        several = (
+            f"median of {len(ratios)} cases, {rounded(min(ratios), 3)} to {rounded(max(ratios), 3)}"
+        )
         ends = [ours[0].get(key + end) for end in ("_low", "_high")]
         if len(ratios) == 1:
             several = "one case"
@@ -232,5 +245,7 @@ def _errors(
     shares = [mine / other for mine, other in pairs if mine and other]
     if not shares:
         return ""
+    if all(abs(share - 1) < SAME for share in shares):
+        return ", with the same RMS error"
     span = f" ({rounded(min(shares), 2)} to {rounded(max(shares), 2)})" if len(shares) > 1 else ""
     return f", with {rounded(float(np.median(shares)), 2)} times its RMS error{span}"

@@ -93,8 +93,9 @@ def lines_of(cases: Mapping[str, Sequence[Any]]) -> _Lines:
             break
         kept.append(name)
     more = hidden(len(kept), len(cases))
-    if count > LINES:
-        more += f" {LINES} of {count} subjects are drawn; all are in the table."
+    most = max((len(cases[name]) for name in kept), default=0)
+    if most > LINES:
+        more += f" {LINES} of {most} subjects are drawn; all are in the table."
     return _Lines({n: cases[n][:LINES] for n in cases if n in kept}, more)
 
 
@@ -190,9 +191,7 @@ def subjects_of(chart_data: ChartData) -> dict[str, list[tuple[GroupRecord, Subj
 def _dots(axes: Axes, x: Any, y: Any, size: float, colour: str, length: float) -> None:
     """Dots as the round ends of short lines, one path for all of them: a tenth of the SVG that marks would be."""
     ends = np.stack([x - length / 2, x + length / 2, np.full_like(x, np.nan)], axis=1).ravel()
-    axes.plot(
-        ends, np.repeat(y, 3), ls="-", lw=size, c=colour, solid_capstyle="round", snap=False
-    )
+    axes.plot(ends, np.repeat(y, 3), ls="-", lw=size, c=colour, solid_capstyle="round", snap=False)
 
 
 def _thinned(values: Any) -> Any:

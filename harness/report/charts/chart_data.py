@@ -86,8 +86,8 @@ class Chart:
 def styles(tables: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, Style]]:
     """The style of each table's subjects: a colour means one system, and a system has one colour, in all of them.
 
-    Where there are more systems than colours, those of the fewest tables share with one of other tables. Subjects of one
-    system differ in shade, mark and dash.
+    Where there are more systems than colours, those of the fewest tables share with one of other tables. Subjects of
+    one system differ in shade, mark and dash.
 
     Args:
         tables: of each, its subjects in their order, and the system of each.
@@ -117,9 +117,9 @@ def _style(colour: int, number: int) -> Style:
     """The style of a system's subject of this number."""
     toward = SHADES[number % len(SHADES)]
     end = float(toward > 0)
-    mixed = [(1 - abs(toward)) * part + abs(toward) * end for part in to_rgb(PALETTE[colour])]
+    r, g, b = ((1 - abs(toward)) * part + abs(toward) * end for part in to_rgb(PALETTE[colour]))
     return Style(
-        to_hex(mixed),
+        to_hex((r, g, b)),
         MARKERS[(colour + number) % len(MARKERS)],
         DASHES[(colour // 8 + number) % len(DASHES)],
     )
@@ -132,8 +132,9 @@ def subjects(run: RunRecord) -> dict[str, dict[str, str]]:
     for group in run.groups:
         for label, subject in group.subjects.items():
             method = (subject.params or {}).get("method")
-            known = method in systems and label.startswith(f"{method}_")
-            found.setdefault(group.table, {})[label] = method if known else subject.system or label
+            called = method in systems and label.startswith(f"{method}_")
+            system = str(method) if called else subject.system
+            found.setdefault(group.table, {})[label] = system or label
     return found
 
 

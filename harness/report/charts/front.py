@@ -16,11 +16,11 @@ from lodbench.harness.report.ratios import LIKE_COUNTS
 
 SIZE = (5.6, 3.5)  # inches: half of a page's first screen
 LEAST = 4  # systems that make a picture
-LEFT_OUT = ("_one_core", "_rounds")  # forms of a subject that is there, for other machines
+LEFT_OUT = ("one_core", "_rounds")  # forms of a subject that is there, for other machines
 
 
 def front_rows(document: Mapping[str, object], facts: Sequence[str]) -> list[Row]:
-    """The rows of the case that shows most: where the most subjects leave like numbers of triangles, the fewest of them.
+    """The rows of the first dataset where subjects leave like numbers of triangles, of its cases the fewest of them.
 
     Args:
         document: a table's.
@@ -95,9 +95,9 @@ def _caption(rows: Sequence[Row]) -> str:
     into = rows[0].get("triangles_in")
     most = max(row["rms_error"] for row in rows) / min(row["rms_error"] for row in rows)
     return (
-        f"{rows[0]['dataset']}, {f'{into:,} triangles to ' if into else ''}{out}: down and to the left is better, and "
-        f"nobody is both faster and nearer than those on the line. The largest error is {rounded(most, 2)} times the "
-        "least. Hollow marks are noisy; names in bold are on the line."
+        f"{rows[0]['dataset']}, {f'{into:,} triangles to ' if into else ''}{out}. Down and to the left is better: "
+        "nobody is both faster and nearer than those on the line, in bold. Errors differ by up to "
+        f"{rounded(most, 2)} times. Hollow marks are noisy."
     )
 
 
@@ -125,9 +125,7 @@ def _names(canvas: Canvas, axes: Axes, rows: Sequence[Row], best: Sequence[Row])
                 (-wide / 2, 10 + away), (-wide / 2, -10 - away),
             )
         ]  # fmt: skip
-        boxes = [
-            (x + dx, y + dy - tall / 2, x + dx + wide, y + dy + tall / 2) for dx, dy in places
-        ]
+        boxes = [(x + dx, y + dy - tall / 2, x + dx + wide, y + dy + tall / 2) for dx, dy in places]
         chosen = min(
             range(len(boxes)),
             key=lambda i: (_covered(boxes[i], taken, width, height), i),
