@@ -21,6 +21,7 @@ DARK_PAGE = "#0f1419"
 LEAST_CONTRAST = 4.0  # of a drawing's colour on the dark page
 _XLINK = "{http://www.w3.org/1999/xlink}href"
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
+_STEP = re.compile(r"(([ML])([^ A-Za-z]+) ([^ A-Za-z]+)|[A-Za-z][^A-Za-z]*)")
 _COLOUR = re.compile(r"#[0-9a-f]{6}\b")
 _FONT = re.compile(r"\s*(font-family|stroke-linejoin):[^;]*;?")  # the page's, and its default
 
@@ -173,22 +174,38 @@ def _merged(text: str) -> str:
 
 
 def _lines(path: str) -> str:
-    """A path's lines along an axis by the one number that they need."""
-    found, at = [], ("", "")
-    for whole, letter, x, y in re.findall(
-        r"(([ML])([^ A-Za-z]+) ([^ A-Za-z]+)|[A-Za-z][^A-Za-z]*)", path
-    ):
+    """A path of lines from each point to the next, in hundredths so that nothing adds up; one of curves is left."""
+    found: list[str] = []
+    here = start = (0, 0)
+    for whole, letter, x, y in _STEP.findall(path):
         if whole in "zZ":
             found.append("z")
+            here = start
             continue
         if not letter:
-            return path  # curves are left as they are
-        if letter == "L" and (x == at[0] or y == at[1]):
-            found.append(f"V{y}" if x == at[0] else f"H{x}")
+            return path
+        to = round(100 * float(x)), round(100 * float(y))
+        across, down = (to[0] - here[0]) / 100, (to[1] - here[1]) / 100
+        if letter == "M":
+            start = to
+            found.append(f"m{_pair(across, down)}" if found else f"M{_pair(*map(float, (x, y)))}")
+        elif not across or not down:
+            found.append(f"v{_least(down)}" if not across else f"h{_least(across)}")
         else:
-            found.append(f"{letter}{x} {y}")
-        at = x, y
+            found.append(f"l{_pair(across, down)}")
+        here = to
     return "".join(found) or path
+
+
+def _least(value: float) -> str:
+    """A number in as few letters as it needs."""
+    text = f"{value:.2f}".rstrip("0").rstrip(".")
+    return re.sub(r"^(-?)0\.", r"\1.", text)
+
+
+def _pair(x: float, y: float) -> str:
+    one, other = _least(x), _least(y)
+    return f"{one}{'' if other.startswith('-') else ' '}{other}"
 
 
 def _short(numbers: str) -> str:

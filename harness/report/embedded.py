@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -16,7 +16,8 @@ from lodbench.harness.report.methods import SERIES as RIVALS
 IMAGES = (".png", ".jpg", ".jpeg", ".webp")
 WIDTH = 448  # pixels of a picture in the page, twice what it takes on a screen
 LARGE, SMALL = 576, 320  # of one of several levels, which is shown alone, and of one of a dataset
-QUALITY = 70
+QUALITIES = (70, 50, 30)  # of WebP; the first with which all pictures fit
+ROOM = 2_000_000  # letters of all of them, so that the page stays under 5 MB
 MOST_PIXELS = 50_000_000  # of a file; a larger one is none of a run's
 
 
@@ -47,28 +48,31 @@ def pictures(folder: Path) -> list[Embedded]:
         known = {each["file"]: each for each in read_json(listed, PICTURE_FIELDS)}
     order = {name: number for number, name in enumerate(known)}
     files = [path for path in folder.glob("*") if path.suffix.lower() in IMAGES]
-    found = []
-    for path in sorted(files, key=lambda path: (order.get(path.name, len(order)), path)):
-        about = known.get(path.name, {})
-        series = about.get("series", "")
-        width = LARGE if "level" in about else WIDTH if series else SMALL
-        data, size = _packed(path, width)
-        name = path.stem.replace("_", " ")
-        found.append(
-            Embedded(
-                about.get("caption", name),
-                about.get("name", ""),
-                series,
-                about.get("table", ""),
-                about.get("level"),
-                data,
-                *size,
-            )
-        )
+    files.sort(key=lambda path: (order.get(path.name, len(order)), path))
+    found: list[Embedded] = []
+    for quality in QUALITIES:
+        found = [_embedded(path, known.get(path.name, {}), quality) for path in files]
+        if sum(len(one.data) for one in found) <= ROOM:
+            break
     return found
 
 
-def _packed(path: Path, width: int) -> tuple[str, tuple[int, int]]:
+def _embedded(path: Path, about: Mapping[str, Any], quality: int) -> Embedded:
+    series = about.get("series", "")
+    width = LARGE if "level" in about else WIDTH if series else SMALL
+    data, size = _packed(path, width, quality)
+    return Embedded(
+        about.get("caption", path.stem.replace("_", " ")),
+        about.get("name", ""),
+        series,
+        about.get("table", ""),
+        about.get("level"),
+        data,
+        *size,
+    )
+
+
+def _packed(path: Path, width: int, quality: int) -> tuple[str, tuple[int, int]]:
     """A file's picture as a WebP at most so wide, as an address of data, and its size."""
     from PIL import Image
 
@@ -83,7 +87,7 @@ def _packed(path: Path, width: int) -> tuple[str, tuple[int, int]]:
         height = max(round(picture.height * width / picture.width), 1)
         picture = picture.resize((width, height), Image.Resampling.LANCZOS)
     packed = io.BytesIO()
-    picture.save(packed, "WEBP", quality=QUALITY, method=4)
+    picture.save(packed, "WEBP", quality=quality, method=4)
     return f"data:image/webp;base64,{base64.b64encode(packed.getvalue()).decode()}", picture.size
 
 

@@ -68,6 +68,12 @@ class Line:
     first: bool
     cells: list[Cell]
 
+    @property
+    def css(self) -> str:
+        """Its classes; a row that is all right has none."""
+        status = "" if self.status == "ok" else f"is-{self.status}"
+        return " ".join(filter(None, (status, "first" if self.first else "")))
+
 
 def _numbers(rows: Sequence[Mapping[str, Any]], key: str) -> list[float]:
     values = (row.get(key) for row in rows)
@@ -164,7 +170,7 @@ def _cell(row: Mapping[str, Any], column: Shown) -> Cell:
         within = f"[{low}, {high}]"
     whole = isinstance(value, int) and column.scale == 1
     text = f"{value:,}" if whole else rounded(value / column.scale)
-    exact = f"{value:.9g}"
+    exact = f"{value:.6g}"
     return Cell(text, column.css, "" if exact == text.replace(",", "") else exact, within)
 
 

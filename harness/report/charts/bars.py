@@ -30,7 +30,7 @@ from lodbench.harness.report.charts.chart_data import (
 from lodbench.harness.report.statistics import noise
 
 LINES = 48  # what fits on a page
-DOTS = 32  # samples of one subject that are drawn
+DOTS = 24  # samples of one subject that are drawn
 
 
 @dataclass

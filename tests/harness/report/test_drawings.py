@@ -24,7 +24,7 @@ def test_drawings_follow_the_page_and_share_styles_and_no_ids():
     one, other = drawings.inline(text, 'Say "hello"'), drawings.inline(text, "b")
     assert one.startswith('<svg viewBox="0 0 30 20" style="--w:30pt" role="img" ')
     assert 'aria-label="Say &#34;hello&#34;"' in one
-    assert '<path id="d1" d="M1.23 0.99"/>' in one and '<use href="#d1" x="12.3" y="3"/>' in one
+    assert '<path id="d1" d="M1.23 .99"/>' in one and '<use href="#d1" x="12.3" y="3"/>' in one
     assert '<path id="d2"' in other and '<use href="#d2"' in other
     assert '<text class="s0">1.23456 ms &lt;</text>' in one  # text is no coordinate
     assert 'class="s0"' in other
@@ -36,7 +36,9 @@ def test_a_path_keeps_its_way_in_fewer_letters():
     drawn = Drawings().inline(
         svg('<path d="M 1.0 2.0 \nL 11.04 2.0 \nL 11.04 15.26 \nL 1.0 15.26 \nz\n"/>'), "a"
     )
-    assert 'd="M1 2H11V15.3H1z"' in drawn
+    assert 'd="M1 2h10v13.3h-10z"' in drawn
+    dots = '<path d="M 1.0 2.0 \nL 1.5 2.0 \nM 4.04 1.46 \nL 4.5 1.5 \nz\nM 3.0 3.0 \nL 4.0 4.0"/>'
+    assert 'd="M1 2h.5m2.54-.54l.46 .04zm-1.04 1.54l1 1"' in Drawings().inline(svg(dots), "a")
     curved = Drawings().inline(svg('<path d="M 0 1 C 1 2 3 4 5 6"/>'), "a")
     assert 'd="M0 1C1 2 3 4 5 6"' in curved
 

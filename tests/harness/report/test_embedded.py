@@ -46,6 +46,14 @@ def test_pictures_are_made_small_in_the_order_of_their_list(folder):
     assert embedded.pictures(folder) == found
 
 
+def test_many_pictures_are_made_smaller_so_that_the_page_is(folder, monkeypatch):
+    save(folder, "a.png")
+    (fine,) = embedded.pictures(folder)
+    monkeypatch.setattr(embedded, "ROOM", len(fine.data) - 1)
+    (coarse,) = embedded.pictures(folder)
+    assert len(coarse.data) < len(fine.data) and coarse.width == fine.width
+
+
 def test_small_pictures_stay_as_large_as_they_are(folder):
     save(folder, "a.png", (3, 1))
     assert decoded(embedded.pictures(folder)[0]).size == (3, 1)
