@@ -103,11 +103,14 @@ def styles(tables: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, Style
         ]
         used = [*colours.values()]
         colours[system] = min(range(len(PALETTE)), key=lambda i: (near.count(i), used.count(i), i))
-    own: dict[str, list[str]] = {}  # system -> its subjects, all tables' together
+    # system -> its subjects, all tables' together; the one of its own name before the others
+    own = {
+        system: [system] * any(system in tables[name] for name in seen[system]) for system in seen
+    }
     found: dict[str, dict[str, Style]] = {}
     for name, subjects in tables.items():
         for label, system in subjects.items():
-            labels = own.setdefault(system, [])
+            labels = own[system]
             labels += [label] if label not in labels else []
             found.setdefault(name, {})[label] = _style(colours[system], labels.index(label))
     return found
