@@ -8,7 +8,20 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-SHIPPED = {".py", ".cl", ".html", ".json", ".toml", ".vert", ".frag", ".geom", ".tesc", ".tese"}
+SHIPPED = {
+    ".py",
+    ".cl",
+    ".html",
+    ".css",
+    ".js",
+    ".json",
+    ".toml",
+    ".vert",
+    ".frag",
+    ".geom",
+    ".tesc",
+    ".tese",
+}
 
 
 @pytest.fixture(scope="module")

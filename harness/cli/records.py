@@ -9,22 +9,28 @@ import typer
 
 from lodbench.harness.cli import complete, options
 from lodbench.harness.cli.app import app
-from lodbench.harness.cli.options import FilterOption, JsonOption
+from lodbench.harness.cli.options import DeviceOption, FilterOption, JsonOption
 from lodbench.harness.cli.output import say, say_json, say_rows
 
 
 @app.command()
 def report(
     folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder.")],
+    pictures: Annotated[
+        bool, typer.Option("--pictures", help="Draw its pictures anew: methods are run again.")
+    ] = False,
+    device: DeviceOption = None,
     json_output: JsonOption = False,
 ) -> None:
-    """Make a run's tables, figures and HTML report again from its records.
+    """Make a run's tables, figures and HTML report again from its records; with --pictures its pictures too.
 
     Example: lodbench report run_a
     """
     from lodbench.harness.report import derive
 
     made = derive.write_tables(folder)
+    if pictures and (lacking := derive.draw_pictures(folder, device)):
+        say(lacking)
     page = derive.write_report(folder)
     if json_output:
         say_json({"folder": folder, "report": page, "tables": made})

@@ -67,7 +67,9 @@ TABLE_FIELDS: dict[str, Any] = {
     "id": NAME, "title": str, "source": str, "device": str, "columns": [_COLUMN], "notes?": [str],
     "rows": [{"system": str, "status": (*STATUSES, "noisy", "published"), "reason?": _Text, "*": _CELL}],
 }  # fmt: skip
-PICTURE_FIELDS: list[Any] = [{"file": str, "caption": str, "series?": str}]
+PICTURE_FIELDS: list[Any] = [
+    {"file": str, "caption": str, "series?": str, "table?": str, "level?": int, "name?": str}
+]
 
 
 def check(value: Any, kind: Any, where: str) -> None:

@@ -45,12 +45,12 @@ def adaptive_pictures(
     Yields:
         `file`, `caption` and `series`, and the pixels.
     """
-    names = [
-        group.dataset
+    groups = [
+        group
         for group in record.groups
         if any(subject.system == "dabt" for subject in group.subjects.values())
     ]
-    name = re.sub(r"_x\d+$", "", names[0]) if names else None
+    name = re.sub(r"_x\d+$", "", groups[0].dataset) if groups else None
     patches = None if name is None else catalogue.find(name).surface
     if not isinstance(patches, BezierPatches):
         return
@@ -73,4 +73,5 @@ def adaptive_pictures(
             device=device,
         )
         file = f"adaptive_{number}_{system}_{name}.png"
-        yield {"file": file, "caption": caption, "series": "adaptive tessellation"}, pixels
+        about = {"series": "adaptive tessellation", "table": groups[0].table}
+        yield {"file": file, "caption": caption, **about}, pixels

@@ -20,7 +20,7 @@ REDUCTION = 0.9
 
 
 def chain_pictures(
-    name: str, mesh: TriangleMesh, view: View, device: Device
+    name: str, mesh: TriangleMesh, view: View, device: Device, table: str = ""
 ) -> Iterator[tuple[dict[str, Any], NDArray[np.uint8]]]:
     """Each level that has triangles, finest first, in flat colours.
 
@@ -29,6 +29,7 @@ def chain_pictures(
         mesh: its surface.
         view: of all of them.
         device: what simplifies and draws.
+        table: that the pictures belong to.
 
     Yields:
         `file`, `caption` and `series`, and the pixels.
@@ -43,5 +44,7 @@ def chain_pictures(
             "file": f"chain_{number}_{name}.png",
             "caption": f"{name}, level {number} of a chain: {level.triangle_count:,} triangles",
             "series": "chain",
+            "table": table,
+            "level": number,
         }
         yield picture, render(level, camera=view, colour="flat", device=device)

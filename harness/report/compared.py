@@ -44,6 +44,7 @@ def subject_pictures(
             picture = {
                 "file": f"{series.replace(' ', '_')}_{number}_{group.dataset}.png",
                 "series": series,
+                "table": group.table,
                 "caption": f"{group.dataset}, {subject.label}: {said}",
             }
             look = {"colour": "flat", "wireframe": True}

@@ -63,10 +63,14 @@ def draw_pictures(folder: Path, device_name: str | None) -> str:
     return ""
 
 
+def brief_keys(run: RunRecord) -> dict[str, list[str]]:
+    """Table -> keys of the columns that a terminal shows, where it says which."""
+    return {one.id: one.brief for one in tables_of(run)}
+
+
 def brief_columns(folder: Path, made: dict[str, Any]) -> list[dict[str, str]]:
     """The columns of a document that a terminal shows."""
-    found = {one.id: one.brief for one in tables_of(read_run(folder))}
-    keys = found.get(made["id"], ())
+    keys = brief_keys(read_run(folder)).get(made["id"], ())
     if keys:
         return [column for key in keys for column in made["columns"] if column["key"] == key]
     return [column for column in made["columns"] if not FULL_ONLY.search(column["key"])]

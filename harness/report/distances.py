@@ -52,7 +52,7 @@ def nodes_picture(prepared: QuadtreeLod) -> NDArray[np.uint8]:
 
 
 def distance_pictures(
-    name: str, mesh: TriangleMesh, measured: View, seen: View, device: Device
+    name: str, mesh: TriangleMesh, measured: View, seen: View, device: Device, table: str = ""
 ) -> Iterator[tuple[dict[str, Any], NDArray[np.uint8]]]:
     """The nodes drawn for each distance, and the surface that they make, from near by.
 
@@ -62,6 +62,7 @@ def distance_pictures(
         measured: the view that the tolerance of one pixel counts in; moved away for each distance.
         seen: the view of the pictures.
         device: what draws.
+        table: that the pictures belong to.
 
     Yields:
         `file`, `caption` and `series`, and the pixels.
@@ -78,7 +79,7 @@ def distance_pictures(
         surface = prepared.result()[0]
         far = "from where all of it is seen" if times == 1 else f"from {times} times as far"
         caption = f"{name} {far}: {surface.triangle_count:,} triangles"
-        shown = {"caption": caption, "series": "distances"}
+        shown = {"caption": caption, "series": "distances", "table": table}
         nodes = {**shown, "caption": f"{caption}, their nodes"}
         yield {**nodes, "file": f"distance_{number}_nodes_{name}.png"}, nodes_picture(prepared)
         yield (

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from lodbench.harness.report.table_view import columns, lines
+from lodbench.harness.report.table_view import every_column, lines
 
 _SPECIAL = {
     "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
@@ -31,7 +31,9 @@ def latex(made: Mapping[str, Any], brief: Sequence[str] = ()) -> str:
         brief: the keys of its columns; none: all that have values. What has its ends in columns of their own has them
             in brackets. A row that is not all right says so by a note below the table.
     """
-    shown = [column for column in columns(made) if column.key != "status"] if made["rows"] else []
+    shown = (
+        [column for column in every_column(made) if column.key != "status"] if made["rows"] else []
+    )
     if brief:
         shown = [column for key in brief for column in shown if column.key == key]
     head = [
@@ -60,7 +62,7 @@ def latex(made: Mapping[str, Any], brief: Sequence[str] = ()) -> str:
             r"\centering",
             rf"\caption{{{said}}}",
             rf"\label{{tab:{made['id']}}}",
-            rf"\begin{{tabular}}{{{''.join('l' if 'text' in c.css else 'r' for c in shown) or 'l'}}}",
+            rf"\begin{{tabular}}{{{''.join('l' if 't' in c.css.split() else 'r' for c in shown) or 'l'}}}",
             r"\toprule",
             " & ".join(head) + r" \\",
             r"\midrule",

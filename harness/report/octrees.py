@@ -71,7 +71,7 @@ def _drawn(
             f"{rounded(off, 2) if off is not None else '-'} of the diagonal; the brighter the finer"
         )
         picture = {"file": f"octree_{number}_{group.dataset}.png", "series": "octree",
-                   "caption": caption}  # fmt: skip
+                   "table": group.table, "caption": caption}  # fmt: skip
         ends = (middle - FINE, middle + FINE)
         look = {"colour": of_faces, "colour_range": ends, "wireframe": True, "device": device}
         yield picture, render(simplified, camera=view, **look)

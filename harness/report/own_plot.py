@@ -7,7 +7,7 @@ for ratios). A system has the colour, mark and dash that it has in the run's rep
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from matplotlib.ticker import EngFormatter, NullFormatter
 
 from lodbench.datasets_gen.files import replacing
 from lodbench.harness.record.record import read_run
-from lodbench.harness.report import derive, document
+from lodbench.harness.report import derive
 from lodbench.harness.report.amounts import amount
 from lodbench.harness.report.charts.chart_data import (
     PAGE,
@@ -26,10 +26,10 @@ from lodbench.harness.report.charts.chart_data import (
     Row,
     Style,
     by,
-    dash,
     legend,
     spoken,
     styles,
+    subjects,
     varying,
 )
 from lodbench.harness.report.charts.curves import SIZES, ticks
@@ -93,9 +93,9 @@ def write_plot(
     if not drawn:
         wanted = "above 0 " if log else ""
         raise ValueError(f"y: expected numbers {wanted}under {y} and values under {x}, got none")
-    shared = styles(_values(document.document(one, found), "system") for one in tables.values())
+    shared = styles(subjects(found))[table]
     if series != "system":
-        shared = styles([[amount(row.get(series)) for row in drawn]])
+        shared = styles({table: {(name := amount(row.get(series))): name for row in drawn}})[table]
     labels = {key: names[key].label if key in names else spoken(key) for key in (x, y)}
     units = {key: names[key].unit if key in names else _unit(key) for key in (x, y)}
     with look():
@@ -136,10 +136,6 @@ def _nobody(kind: str) -> dict[str, Any]:
 def _words(row: Row, facts: Sequence[str]) -> str:
     named = [str(row.get("dataset") or ""), str(row["system"])]
     return " ".join([*named, *(f"{key}={amount(row[key])}" for key in facts if key in row)])
-
-
-def _values(made: Mapping[str, Any], key: str) -> Iterator[str]:
-    return (row[key] for row in made["rows"] if row.get(key))
 
 
 def _number(value: Any) -> bool:
@@ -188,17 +184,17 @@ def _scale(
 
 def _line(axes: Axes, style: Style, rows: Sequence[Row], x: str, y: str, label: str | None) -> None:
     """Points with their intervals, joined through the median of each place; hollow where noisy."""
-    colour, marker = style
+    colour, marker, dash = style
     if all(_number(row[x]) for row in rows):
         rows = sorted(rows, key=lambda row: row[x])
         places = by(rows, lambda row: row[x])
         middles = [np.median([row[y] for row in own]) for own in places.values()]
-        axes.plot([*places], middles, c=colour, ls=dash(style), lw=1.2)
+        axes.plot([*places], middles, c=colour, ls=dash, lw=1.2)
     at = [_at(row[x]) for row in rows]
     values = [row[y] for row in rows]
     axes.plot(at, values, c=colour, marker=marker, ls="")
     if label:
-        axes.plot([], [], c=colour, marker=marker, ls=dash(style), label=label)
+        axes.plot([], [], c=colour, marker=marker, ls=dash, label=label)
     for row, place in zip(rows, at, strict=True):
         low, high = row.get(f"{y}_low"), row.get(f"{y}_high")
         if low is not None and high is not None:

@@ -33,7 +33,8 @@ from lodbench.kernels.verbs import PREFERRED
 FOLDER, LIST = "images", "pictures.json"
 SIZE = (640, 512)  # pixels; of the same shape as the tables' images, and drawn at twice the size
 MOST_TRIANGLES = 2_000_000  # larger ones take longer to make than all pictures together
-SHARES = (1.0, 0.1, 0.01)  # of the triangles, in the strip of levels
+SHARES = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)  # of the triangles, in the strip of levels
+LEAST_TRIANGLES = 12  # of a level
 LYING = ("terrain", "plane", "plate")  # shapes whose z points upwards
 SAMPLES = 10
 
@@ -83,7 +84,7 @@ def _datasets(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any
         if mesh is not None:
             pixels = render(mesh, size=SIZE, up=_up(name), device=device)
             caption = f"{name}: {mesh.triangle_count:,} triangles"
-            yield {"file": f"{name}.png", "caption": caption}, pixels
+            yield {"file": f"{name}.png", "caption": caption, "name": name}, pixels
 
 
 def _chain(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any], Any]]:
@@ -93,7 +94,7 @@ def _chain(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any], 
             mesh = _mesh(group.dataset)
             if mesh is not None:
                 view = mesh_view(mesh, size=SIZE, up=_up(group.dataset))
-                yield from chains.chain_pictures(group.dataset, mesh, view, device)
+                yield from chains.chain_pictures(group.dataset, mesh, view, device, group.table)
             return
 
 
@@ -116,7 +117,9 @@ def _distances(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, An
             if mesh is not None:
                 up = _up(group.dataset)
                 measured, seen = (mesh_view(mesh, size=size, up=up) for size in (TABLE_SIZE, SIZE))
-                yield from distance_pictures(group.dataset, mesh, measured, seen, device)
+                yield from distance_pictures(
+                    group.dataset, mesh, measured, seen, device, group.table
+                )
             return
 
 
@@ -151,6 +154,8 @@ def _levels(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any],
     levels = {}
     for share in SHARES:
         count = round(share * mesh.triangle_count)
+        if count < LEAST_TRIANGLES:
+            break
         level = mesh if share == 1 else simplify_mesh(device, mesh, target_count=count).mesh
         levels[f"{rounded(100 * share)} %"] = level
     rates = _frame_rates(levels, mesh_view(mesh, size=TABLE_SIZE, up=_up(name)), device)
@@ -161,6 +166,7 @@ def _levels(record: RunRecord, device: Device) -> Iterator[tuple[dict[str, Any],
         picture = {
             "file": f"level_{number}_{name}.png",
             "series": "levels",
+            "level": number,
             "caption": f"{caption}, {rounded(rate['fps'], 3)} frames/s" if rate else caption,
             **(rate or {}),
         }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ from lodbench.harness.measure.limits import Limits
 from lodbench.harness.record.foreign import blamed_on, check_table, read_json
 from lodbench.harness.record.record import RunRecord, read_run
 from lodbench.harness.report.charts import CHARTS, ChartData, styles
-from lodbench.harness.report.charts.chart_data import FAINT, INK, PAGE
+from lodbench.harness.report.charts.chart_data import FAINT, INK, PAGE, subjects
 
 RESOLUTION = 150  # dots per inch of the PNG files
 
@@ -101,21 +101,28 @@ def write_figures(folder: Path, run: RunRecord | None = None) -> list[Figure]:
     folder = Path(folder)
     run = run or read_run(folder)
     tables = documents(folder)
-    shared = styles(_systems(made, run) for made in tables)
+    shared = styles(_subjects(tables, run))
     limits = Limits.of_record(run.limits) if run.limits else None
     figures = []
     for made in tables:
-        chart_data = ChartData(made, run.of_table(made["id"]), shared, limits)
+        chart_data = ChartData(made, run.of_table(made["id"]), shared[made["id"]], limits)
         with blamed_on(folder / "tables" / f"{made['id']}.json", "what can be drawn"):
             figures += _draw(folder / "figures", made, chart_data)
     return figures
 
 
-def _systems(made: Mapping[str, Any], run: RunRecord) -> list[str]:
-    """Every subject of a table, in its order."""
-    named = [row.get("system") for row in made["rows"]]
-    named += [name for group in run.of_table(made["id"]) for name in group.subjects]
-    return [name for name in named if name]
+def _subjects(tables: Sequence[Mapping[str, Any]], run: RunRecord) -> dict[str, dict[str, str]]:
+    """Every subject of each table, with its system; a row that nobody measured is its own."""
+    measured = subjects(run)
+    return {
+        made["id"]: measured.get(made["id"], {})
+        | {
+            row["system"]: row["system"]
+            for row in made["rows"]
+            if row["system"] not in measured.get(made["id"], {})
+        }
+        for made in tables
+    }
 
 
 def _draw(folder: Path, made: Mapping[str, Any], chart_data: ChartData) -> Iterator[Figure]:

@@ -48,8 +48,10 @@ def refinement_pictures(
         `file`, `caption` and `series`, and the pixels.
     """
     yield from _waves(record, size, device)
-    if any(True for _ in _measured(record, CURVED)):
-        yield from _sphere(size, device)
+    both = (group for group in _measured(record, CURVED) if group in [*_measured(record, FLAT)])
+    curved = next(both, None) or next(_measured(record, CURVED), None)
+    if curved is not None:
+        yield from _sphere(size, device, {"table": curved.table})
     yield from _creases(record, size, device)
     yield from _depths(record, size, device)
 
@@ -111,12 +113,13 @@ def _waves(record: RunRecord, size: tuple[int, int], device: Device) -> Iterator
                 "file": f"wave_{number}_{groups[-1].dataset}.png",
                 "caption": caption,
                 "series": "waves",
+                "table": groups[-1].table,
             },
             render(surface, camera=view, device=device),
         )
 
 
-def _sphere(size: tuple[int, int], device: Device) -> Iterator[Picture]:
+def _sphere(size: tuple[int, int], device: Device, about: Mapping[str, str]) -> Iterator[Picture]:
     """A sphere of few triangles, flat and curved, from one camera."""
     mesh = _coarse(SPHERE)
     assert mesh is not None
@@ -126,7 +129,12 @@ def _sphere(size: tuple[int, int], device: Device) -> Iterator[Picture]:
     for number, (system, surface) in enumerate(zip(systems, surfaces, strict=True)):
         caption = f"{SPHERE}, {system}, {_segments(SEGMENTS)}: {surface.triangle_count:,} triangles"
         yield (
-            {"file": f"curved_{number}_{SPHERE}.png", "caption": caption, "series": "curved"},
+            {
+                "file": f"curved_{number}_{SPHERE}.png",
+                "caption": caption,
+                "series": "curved",
+                **about,
+            },
             render(surface, camera=view, device=device),
         )
 
@@ -151,6 +159,7 @@ def _creases(record: RunRecord, size: tuple[int, int], device: Device) -> Iterat
                     "file": f"crease_{number}_{group.dataset}.png",
                     "caption": caption,
                     "series": "creases",
+                    "table": group.table,
                 },
                 render(surface, camera=view, device=device),
             )
@@ -182,6 +191,6 @@ def _depths(record: RunRecord, size: tuple[int, int], device: Device) -> Iterato
         options = {"wireframe": True, "colour_range": (0.0, float(np.log2(SEGMENTS)))}
         yield (
             {"file": f"depths_{number}_{by}_{group.dataset}.png", "caption": caption,
-             "series": "depths"},
+             "series": "depths", "table": group.table},
             render(surface, camera=view, colour=surface.uvs[:, 0], device=device, **options),
         )  # fmt: skip

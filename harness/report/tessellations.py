@@ -19,7 +19,7 @@ from lodbench.kernels import tessellate_surface
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.render import mesh_view, render
 
-LEVELS = (4, 2, 1)
+LEVELS = (5, 4, 3, 2, 1, 0)
 
 
 def tessellation_pictures(
@@ -35,9 +35,10 @@ def tessellation_pictures(
     Yields:
         `file`, `caption` and `series`, and the pixels.
     """
-    name = next((group.dataset for group in record.groups if _tessellates(group)), None)
-    patches = None if name is None else catalogue.find(name).surface
-    if not isinstance(patches, BezierPatches):
+    group = next((group for group in record.groups if _tessellates(group)), None)
+    name = group.dataset if group else ""
+    patches = catalogue.find(name).surface if group else None
+    if group is None or not isinstance(patches, BezierPatches):
         return
     meshes = {level: tessellate_surface(device, patches, level=level).mesh for level in LEVELS}
     view = mesh_view(meshes[LEVELS[0]], size=size, up="z")
@@ -48,6 +49,8 @@ def tessellation_pictures(
                 "file": f"level_{number}_{name}.png",
                 "caption": caption,
                 "series": "levels of patches",
+                "table": group.table,
+                "level": number,
             },
             render(mesh, camera=view, wireframe=True, device=device),
         )

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from lodbench.harness.report.charts import bars, curves, scales, stages
-from lodbench.harness.report.charts.chart_data import Chart, ChartData, styles
+from lodbench.harness.report.charts import bars, curves, front, scales, stages
+from lodbench.harness.report.charts.chart_data import Chart, ChartData, Style, styles
 
-__all__ = ["CHARTS", "Chart", "ChartData", "styles"]
+__all__ = ["CHARTS", "Chart", "ChartData", "Style", "styles"]
 
 CHARTS: dict[str, tuple[str, Callable[[ChartData], Chart | None]]] = {
+    "front": ("Who is faster, who is nearer", front.pareto_front),
     "time": ("Time against size", curves.time_against_triangles),
     "error": ("Error against triangles", curves.error_against_triangles),
     "difference": ("Difference against segments", curves.difference_against_segments),

@@ -30,6 +30,7 @@ from lodbench.harness.report.charts.chart_data import (
 from lodbench.harness.report.statistics import noise
 
 LINES = 48  # what fits on a page
+DOTS = 24  # samples of one subject that are drawn
 
 
 @dataclass
@@ -83,7 +84,7 @@ class _Lines:
 
 
 def lines_of(cases: Mapping[str, Sequence[Any]]) -> _Lines:
-    """The last cases, usually the largest, that fit on a page."""
+    """The last cases, usually the largest, that fit on a page, and no more of one than do."""
     kept: list[str] = []
     count = 0
     for name in list(cases)[::-1]:
@@ -91,7 +92,11 @@ def lines_of(cases: Mapping[str, Sequence[Any]]) -> _Lines:
         if kept and count > LINES:
             break
         kept.append(name)
-    return _Lines({n: cases[n] for n in cases if n in kept}, hidden(len(kept), len(cases)))
+    more = hidden(len(kept), len(cases))
+    most = max((len(cases[name]) for name in kept), default=0)
+    if most > LINES:
+        more += f" {LINES} of {most} subjects are drawn; all are in the table."
+    return _Lines({n: cases[n][:LINES] for n in cases if n in kept}, more)
 
 
 def _bars(chart_data: ChartData, key: str, label: str, caption: str) -> Chart:
@@ -183,8 +188,22 @@ def subjects_of(chart_data: ChartData) -> dict[str, list[tuple[GroupRecord, Subj
     return found
 
 
+def _dots(axes: Axes, x: Any, y: Any, size: float, colour: str, length: float) -> None:
+    """Dots as the round ends of short lines, one path for all of them: a tenth of the SVG that marks would be."""
+    ends = np.stack([x - length / 2, x + length / 2, np.full_like(x, np.nan)], axis=1).ravel()
+    axes.plot(ends, np.repeat(y, 3), ls="-", lw=size, c=colour, solid_capstyle="round", snap=False)
+
+
+def _thinned(values: Any) -> Any:
+    """Sorted samples, at most `DOTS` of them, evenly by rank, least and most included."""
+    values = np.sort(values)
+    if len(values) <= DOTS:
+        return values
+    return values[np.linspace(0, len(values) - 1, DOTS).round().astype(int)]
+
+
 def samples(chart_data: ChartData) -> Chart | None:
-    """Every sample as a dot, relative to its subject's median; noisy subjects are marked."""
+    """Samples as dots, relative to its subject's median; noisy subjects are marked."""
     lines = lines_of(subjects_of(chart_data))
     drawn: list[tuple[GroupRecord, SubjectRecord]] = lines.drawn
     if not drawn:
@@ -200,7 +219,7 @@ def samples(chart_data: ChartData) -> Chart | None:
     for tick, mark in zip(axes.get_yticklabels(), marks, strict=True):
         tick.set_color(WARNING if mark else INK)
     wall = [np.array([*s.wall_s.values()]) for _, s in drawn]
-    away = [100 * (w / np.median(w) - 1) for w in wall]
+    away = [100 * (_thinned(w) / np.median(w) - 1) for w in wall]
     furthest = float(np.percentile(np.abs(np.concatenate(away)), 95))
     edge = next((limit for limit in (5, 10, 20, 40) if furthest < limit), 80)
     axes.set_xlim(-1.04 * edge, 1.04 * edge)
@@ -213,10 +232,9 @@ def samples(chart_data: ChartData) -> Chart | None:
         )  # spread evenly, the same each time
         colour = chart_data.style(subject.label)[0]
         inside = np.abs(x) <= edge
-        axes.plot(
-            x[inside], y[inside], ls="", marker="o", ms=3, alpha=0.8, c=colour,
-            mfc=PAGE if mark else colour,
-        )  # fmt: skip
+        _dots(axes, x[inside], y[inside], 3.0, colour, 0.004 * edge)
+        if mark:
+            _dots(axes, x[inside], y[inside], 1.6, PAGE, 0.004 * edge)
         for side, marker in ((-1, "<"), (1, ">")):
             beyond = y[side * x > edge]
             axes.plot(
@@ -232,6 +250,6 @@ def samples(chart_data: ChartData) -> Chart | None:
     axes.set_xlabel("wall time of each sample against the subject's median, %")
     return Chart(
         canvas,
-        "Every counted sample against its subject's median, which stands to the right; triangles lie beyond the axis. "
-        f"Hollow dots: the subject is noisy.{lines.more}",
+        f"Counted samples, at most {DOTS} of each, evenly by rank, against their subject's median, which stands to the "
+        f"right; triangles lie beyond the axis. Hollow dots: the subject is noisy.{lines.more}",
     )

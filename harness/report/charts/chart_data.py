@@ -4,38 +4,48 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure as Canvas
 
 from lodbench.harness.measure.limits import Limits
-from lodbench.harness.record.record import GroupRecord
+from lodbench.harness.record.record import GroupRecord, RunRecord
 from lodbench.harness.report.amounts import amount
 
 Row = Mapping[str, Any]
-Style = tuple[str, str]  # colour and marker
 
-# Okabe & Ito's colours, told apart by readers who are colour-blind; without yellow and black, lost on a page
+
+class Style(NamedTuple):
+    """How a subject is drawn: the colour is its system's; mark and dash tell it from the system's other subjects."""
+
+    colour: str
+    marker: str
+    dash: str
+
+
+# Okabe & Ito's colours first, told apart by readers who are colour-blind; without yellow and black, lost on a page
 PALETTE = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6d4f", "#7f7f7f",
+    "#6a3d9a", "#b2182b", "#7f9a00", "#00828f", "#e7298a", "#1b6e3c", "#a6761d", "#3f51b5",
+    "#f4756b", "#40bfa5", "#5d4037", "#9e7bd0", "#a01850", "#546e7a", "#afb42b", "#7b1fa2",
+    "#c98a5e", "#2e8bc0", "#94a3b8", "#d4a5c9", "#4b6b00", "#ff8f3f", "#006d77", "#c94c8b",
 )  # fmt: skip
 MARKERS = "osD^vPX*"
 DASHES = ("-", "--", ":", "-.")
-EVERY: tuple[Style, ...] = tuple(
-    (PALETTE[i % len(PALETTE)], MARKERS[(i + i // len(PALETTE)) % len(MARKERS)])
-    for i in range(len(PALETTE) * len(MARKERS))
-)
-"""All styles, in the order in which they are given away: colours first."""
+SHADES = (0.0, -0.4, 0.4)  # of a system's first, second, third subject: how far to black or white
+STAGES = ("#8fa5b8", "#c3cfda", "#a3ae9c", "#d3dacd", "#a99db5", "#d9d2e1", "#bfa99a", "#e3d8cf")
+"""Of what is no system, such as the stages of a frame: these greys stand for no system anywhere."""
 INK, FAINT, WARNING, PAGE = "#1f2328", "#d0d7de", "#b35900", "#ffffff"
-ON_COLOUR = "#fefefe"  # text on a bar stays light where the page is dark
+ON_COLOUR = "#111518"  # text on a bar stays dark where the page is
 
 WIDTH = 7.4  # inches: the report's column
 
 
 @dataclass(frozen=True)
 class ChartData:
-    """A table's document, the whole groups it was made from, a colour and marker per system, the device's limits."""
+    """A table's document, the whole groups it was made from, a style per subject, the device's limits."""
 
     document: Mapping[str, Any]
     groups: Sequence[GroupRecord]
@@ -62,7 +72,7 @@ class ChartData:
         return next((c["unit"] for c in self.document["columns"] if c["key"] == key), "")
 
     def style(self, system: str) -> Style:
-        return self.styles.get(system, (PALETTE[-1], "o"))
+        return self.styles.get(system, Style(PALETTE[7], "o", "-"))
 
 
 @dataclass(frozen=True)
@@ -73,22 +83,62 @@ class Chart:
     caption: str
 
 
-def styles(tables: Iterable[Iterable[str]]) -> dict[str, Style]:
-    """A colour and marker per system, the same in every table, and different within one while colours last."""
-    found: dict[str, Style] = {}
-    for table in tables:
-        systems = list(dict.fromkeys(table))
-        taken = {found[name] for name in systems if name in found}
-        free = (style for style in EVERY if style not in taken)
-        for name in systems:
-            if name not in found:
-                found[name] = next(free, EVERY[-1])
+def styles(tables: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, Style]]:
+    """The style of each table's subjects: a colour means one system, and a system has one colour, in all of them.
+
+    Where there are more systems than colours, those of the fewest tables share with one of other tables. Subjects of
+    one system differ in shade, mark and dash.
+
+    Args:
+        tables: of each, its subjects in their order, and the system of each.
+    """
+    seen: dict[str, list[str]] = {}  # system -> the tables it is in
+    for name, subjects in tables.items():
+        for system in dict.fromkeys(subjects.values()):
+            seen.setdefault(system, []).append(name)
+    colours: dict[str, int] = {}
+    for system in sorted(seen, key=lambda system: -len(seen[system])):
+        near = [
+            colours[other] for other in colours if not set(seen[other]).isdisjoint(seen[system])
+        ]
+        used = [*colours.values()]
+        colours[system] = min(range(len(PALETTE)), key=lambda i: (near.count(i), used.count(i), i))
+    # system -> its subjects, all tables' together; the one of its own name before the others
+    own = {
+        system: [system] * any(system in tables[name] for name in seen[system]) for system in seen
+    }
+    found: dict[str, dict[str, Style]] = {}
+    for name, subjects in tables.items():
+        for label, system in subjects.items():
+            labels = own[system]
+            labels += [label] if label not in labels else []
+            found.setdefault(name, {})[label] = _style(colours[system], labels.index(label))
     return found
 
 
-def dash(style: Style) -> str:
-    """The dash of a line: that of a colour's second system differs from that of its first."""
-    return DASHES[EVERY.index(style) // len(PALETTE) % len(DASHES)] if style in EVERY else "-"
+def _style(colour: int, number: int) -> Style:
+    """The style of a system's subject of this number."""
+    toward = SHADES[number % len(SHADES)]
+    end = float(toward > 0)
+    r, g, b = ((1 - abs(toward)) * part + abs(toward) * end for part in to_rgb(PALETTE[colour]))
+    return Style(
+        to_hex((r, g, b)),
+        MARKERS[(colour + number) % len(MARKERS)],
+        DASHES[(colour // 8 + number) % len(DASHES)],
+    )
+
+
+def subjects(run: RunRecord) -> dict[str, dict[str, str]]:
+    """Table -> subject -> its system, for `styles`; that of a whole call is the method that was called."""
+    found: dict[str, dict[str, str]] = {}
+    systems = {subject.system for group in run.groups for subject in group.subjects.values()}
+    for group in run.groups:
+        for label, subject in group.subjects.items():
+            method = (subject.params or {}).get("method")
+            called = method in systems and label.startswith(f"{method}_")
+            system = str(method) if called else subject.system
+            found.setdefault(group.table, {})[label] = system or label
+    return found
 
 
 def varying(rows: Sequence[Row], keys: Iterable[str]) -> list[str]:

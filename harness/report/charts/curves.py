@@ -20,7 +20,6 @@ from lodbench.harness.report.charts.chart_data import (
     Style,
     by,
     case,
-    dash,
     hidden,
     legend,
     spoken,
@@ -101,19 +100,19 @@ def _label_ends(axes: Axes, ends: list[tuple[float, float, str, str]]) -> None:
 
 def curve(axes: Axes, style: Style, rows: list[Row], x: str, y: str, label: str) -> Row:
     """One system's points, joined through the median of each place; hollow where noisy. Returns the last row."""
-    colour, marker = style
+    colour, marker, dash = style
     rows = sorted(rows, key=lambda row: row[x])
     places = {row[x]: [other[y] for other in rows if other[x] == row[x]] for row in rows}
     middles = [np.median(found) for found in places.values()]
-    axes.plot([*places], middles, c=colour, ls=dash(style))
+    axes.plot([*places], middles, c=colour, ls=dash)
     axes.plot(
         [row[x] for row in rows],
         [row[y] for row in rows],
         c=colour,
         marker=marker,
         ls="",
-        label=label,
     )
+    axes.plot([], [], c=colour, marker=marker, ls=dash, label=label)
     noisy = [row for row in rows if row["status"] == "noisy"]
     axes.plot(
         [row[x] for row in noisy], [row[y] for row in noisy],
@@ -147,7 +146,7 @@ def _draw(
             last = curve(axes, style, own, x[0], y[0], name)
             fit = log_slope([row[x[0]] for row in own], [row[y[0]] for row in own])
             power = f"  n^{fit[0]:.2f}" if fitted and fit and len(own) > 2 else ""
-            ends.append((last[x[0]], last[y[0]], name + power, style[0]))
+            ends.append((last[x[0]], last[y[0]], name + power, style.colour))
         if len(panels) == 1:
             _label_ends(axes, ends)
     size: dict[str, Any] = {"size": "medium"}
@@ -242,14 +241,14 @@ def along_path(chart_data: ChartData) -> Chart | None:
     grid = canvas.subplots(len(groups), 2, squeeze=False, sharex=True)
     for group, (times, drawn) in zip(groups, grid, strict=True):
         for label, subject in group.subjects.items():
-            colour, _ = chart_data.style(label)
+            colour, _, dash = chart_data.style(label)
             spread = {step: np.quantile(s, (0.25, 0.5, 0.75)) for step, s in subject.path_s.items()}
             low, middle, high = 1e3 * np.array([spread[step] for step in sorted(spread)]).T
-            times.plot(sorted(spread), middle, c=colour, label=label)
+            times.plot(sorted(spread), middle, c=colour, ls=dash, label=label)
             times.fill_between(sorted(spread), low, high, color=colour, alpha=0.25, lw=0)
             counts = {row["step"]: row.get("triangles") or np.nan for row in subject.frames}
             steps = sorted(counts)
-            drawn.plot(steps, [counts[step] for step in steps], c=colour, ds="steps-mid")
+            drawn.plot(steps, [counts[step] for step in steps], c=colour, ls=dash, ds="steps-mid")
         times.set_title(str(group.facts.get("path", group.name)), loc="left")
         times.set_ylabel("ms per frame")
         times.set_ylim(bottom=0)

@@ -13,7 +13,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from lodbench.harness.report.charts.chart_data import (
     INK,
     PAGE,
-    PALETTE,
+    STAGES,
     WIDTH,
     Chart,
     ChartData,
@@ -51,7 +51,7 @@ def over_cores(chart_data: ChartData) -> Chart | None:
         top.set_ylim(ticks(top.yaxis, "s", times, 0.8))
         top.grid(True)
         for way in ways:
-            colour, marker = chart_data.style(way)
+            colour, marker, _ = chart_data.style(way)
             mine = sorted((r for r in cases[name] if _way(r) == way), key=lambda r: r["cores"])
             top.plot([r["cores"] for r in mine], [r[_CHAIN] for r in mine], c=colour, ls="--",
                      marker=marker, mfc=PAGE)  # fmt: skip
@@ -68,7 +68,7 @@ def over_cores(chart_data: ChartData) -> Chart | None:
     keys = [Line2D([], [], c=chart_data.style(w)[0], marker=chart_data.style(w)[1]) for w in ways]
     keys += [
         Line2D([], [], c=INK), Line2D([], [], c=INK, ls="--", marker="o", mfc=PAGE),
-        *(Line2D([], [], c=PALETTE[2 + i], lw=6) for i in range(len(_passes(projected)))),
+        *(Line2D([], [], c=STAGES[i], lw=6) for i in range(len(_passes(projected)))),
     ]  # fmt: skip
     names = [*ways, "measured", "a projection", *map(_pass, _passes(projected))]
     canvas.legend(keys, names, loc="outside upper left", ncols=len(names), frameon=False)
@@ -106,7 +106,7 @@ def _shares(axes: Axes, rows: Sequence[Row], ways: Sequence[str]) -> None:
         shares = 100 * parts / np.maximum(parts.sum(axis=1, keepdims=True), 1e-30)
         ends = shares.cumsum(axis=1)
         for i in range(len(passes)):
-            axes.bar(middle, shares[:, i], bottom=ends[:, i] - shares[:, i], color=PALETTE[2 + i],
+            axes.bar(middle, shares[:, i], bottom=ends[:, i] - shares[:, i], color=STAGES[i],
                      width=middle * step, lw=0)  # fmt: skip
     axes.set_ylim(0, 100)
 

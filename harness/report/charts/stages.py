@@ -15,7 +15,7 @@ from lodbench.harness.report.charts.chart_data import (
     INK,
     ON_COLOUR,
     PAGE,
-    PALETTE,
+    STAGES,
     Chart,
     ChartData,
     legend,
@@ -43,13 +43,14 @@ def stages(chart_data: ChartData) -> Chart | None:
     shares = 100 * np.divide(medians, sums, out=np.zeros_like(medians), where=sums > 0)
     ends = np.cumsum(shares, axis=1)
     for i, name in enumerate(names):
+        some = shares[:, i] > 0
         axes.barh(
-            lines.heights, shares[:, i], left=ends[:, i] - shares[:, i], height=0.72, label=name,
-            lw=0.6, edgecolor=PAGE, color=PALETTE[i % len(PALETTE)],
-            hatch=("", "....")[i // len(PALETTE) % 2],
+            np.array(lines.heights)[some], shares[some, i], left=(ends - shares)[some, i],
+            height=0.72, label=name, lw=0.6, edgecolor=PAGE, color=STAGES[i % len(STAGES)],
+            hatch=("", "//")[i // len(STAGES) % 2],
         )  # fmt: skip
         for at, end, share in zip(lines.heights, ends[:, i], shares[:, i], strict=True):
-            if share > max(7, 1.35 * len(name)):
+            if share > max(9, 1.5 * len(name)):
                 axes.text(
                     end - share / 2, at, name, color=ON_COLOUR, ha="center", va="center_baseline",
                     size=7,

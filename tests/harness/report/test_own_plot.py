@@ -6,7 +6,8 @@ from PIL import Image
 
 from lodbench.harness.cli.app import main
 from lodbench.harness.plan import table as tables
-from lodbench.harness.report.charts.chart_data import EVERY, PALETTE, dash, styles
+from lodbench.harness.record.record import read_run
+from lodbench.harness.report.charts.chart_data import styles, subjects
 from lodbench.harness.report.own_plot import write_plot
 from tests.harness.made_run import TABLES, make_run
 
@@ -38,9 +39,9 @@ def test_plot_is_written_with_the_same_bytes_each_time(folder, tmp_path, suffix)
 
 def test_systems_have_the_colours_of_the_report(folder, tmp_path):
     svg = drawn(folder, tmp_path / "a.svg", log="xy")
-    shared = styles([["quadric_clustering", "fast_simplification"]])
-    for name, (colour, _) in shared.items():
-        assert name in svg and colour in svg
+    shared = styles(subjects(read_run(folder)))["clustering"]
+    for name in ("quadric_clustering", "fast_simplification"):
+        assert name in svg and shared[name].colour in svg
 
 
 def test_what_cannot_be_drawn_is_counted(folder, tmp_path):
@@ -106,12 +107,3 @@ def test_command_writes_where_it_is_told_or_by_the_columns_names(
     assert main([*words, "--y", "wall"]) == 2
     error = capfd.readouterr().err
     assert error.startswith("error: y: expected one like wall") and error.count("\n") == 1
-
-
-def test_second_system_of_a_colour_has_another_mark_and_dash():
-    names = [f"s{i}" for i in range(20)]
-    found = styles([names])
-    assert len(set(found.values())) == 20
-    first, second = found["s0"], found[f"s{len(PALETTE)}"]
-    assert first[0] == second[0] and first[1] != second[1] and dash(first) != dash(second)
-    assert dash(EVERY[0]) == "-"

@@ -7,7 +7,7 @@ from PIL import Image
 
 from lodbench.harness.record.record import GroupRecord, RunRecord, SubjectRecord
 from lodbench.harness.report import pictures
-from lodbench.harness.report.page import _images
+from lodbench.harness.report.embedded import pictures as embedded
 from lodbench.harness.report.pictures import write_pictures
 
 
@@ -38,40 +38,40 @@ def test_every_mesh_is_drawn_once_and_the_simplified_one_at_each_level(draw, tmp
         ("quilt_4", "other"),  # no mesh
     )
     files = [picture["file"] for picture in found]
-    assert files == [f"level_{k}_icosphere_3.png" for k in range(3)] + ["sphere_10.png"]
+    assert files == [f"level_{k}_icosphere_3.png" for k in range(5)] + ["sphere_10.png"]
     for file in files:
         pixels = np.asarray(Image.open(tmp_path / "images" / file))
         assert pixels.shape == (64, 80, 3)
         assert len(np.unique(pixels[:, 40], axis=0)) > 6
-    whole, tenth, hundredth = found[:3]
+    whole, _, tenth, _, hundredth = found[:5]
     assert whole["caption"].startswith("icosphere_3 at 100 %: 1,280 triangles, ")
     assert tenth["caption"].startswith("icosphere_3 at 10 %: 1")
     assert hundredth["fps"] > 0
     assert hundredth["samples"] == pictures.SAMPLES
     assert "frames/s" in hundredth["caption"]
-    assert json.loads((tmp_path / "images/pictures.json").read_text())[3] == found[3]
+    assert json.loads((tmp_path / "images/pictures.json").read_text())[5] == found[5]
 
 
 def test_report_shows_listed_pictures_in_order_with_captions_and_others_by_name(draw, tmp_path):
     draw(("sphere_100", "pattern"), ("sphere_10", "pattern"))
     Image.new("RGB", (1, 1)).save(tmp_path / "images/a_view.png")
-    names = [image["name"] for image in _images(tmp_path)]
+    names = [image.caption for image in embedded(tmp_path)]
     assert names == ["sphere_100: 100 triangles", "sphere_10: 10 triangles", "a view"]
 
 
 def test_pictures_of_a_series_stand_together(draw, tmp_path):
     draw(("icosphere_1", "pn_triangles"), ("spool_72", "st_triangles"))
-    series = [image["series"] for image in _images(tmp_path)]
+    series = [image.series for image in embedded(tmp_path)]
     assert series == ["curved"] * 2 + ["creases"] * 3 + [""] * 2
 
 
 def test_chain_of_levels_is_drawn_beside_its_mesh(draw, tmp_path):
     draw(("quilt_4", "level_chain"), ("icosphere_3", "other"))
-    assert [image["series"] for image in _images(tmp_path)] == [""], "which is no mesh"
+    assert [image.series for image in embedded(tmp_path)] == [""], "which is no mesh"
     draw(("icosphere_4", "level_chain"))
-    assert [image["series"] for image in _images(tmp_path)][:2] == ["chain"] * 2
+    assert [image.series for image in embedded(tmp_path)][:2] == ["chain"] * 2
 
 
 def test_run_without_meshes_has_no_pictures(draw, tmp_path):
     assert draw(("quilt_4", "other")) == []
-    assert _images(tmp_path) == []
+    assert embedded(tmp_path) == []

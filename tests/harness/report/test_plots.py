@@ -3,12 +3,29 @@ import json
 import numpy as np
 import pytest
 from matplotlib import rcParams
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 from lodbench.harness.measure.limits import Limits
 from lodbench.harness.record.record import read_run
-from lodbench.harness.report.charts import CHARTS, ChartData, bars, curves, scales, stages, styles
-from lodbench.harness.report.charts.chart_data import case, varying
+from lodbench.harness.report.charts import (
+    CHARTS,
+    ChartData,
+    bars,
+    curves,
+    front,
+    scales,
+    stages,
+    styles,
+)
+from lodbench.harness.report.charts.chart_data import (
+    MARKERS,
+    PALETTE,
+    STAGES,
+    case,
+    subjects,
+    varying,
+)
 from lodbench.harness.report.plots import documents, write_figures
 from tests.harness.made_run import edit_table, make_run
 from tests.harness.records import group, rows_of, subject
@@ -27,7 +44,7 @@ def figures(run_folder):
 def chart_data(folder, name):
     run = read_run(folder)
     made = next(made for made in documents(folder) if made["id"] == name)
-    return ChartData(made, run.of_table(name), styles([[row["system"] for row in made["rows"]]]))
+    return ChartData(made, run.of_table(name), styles(subjects(run))[name])
 
 
 def texts(canvas):
@@ -37,7 +54,7 @@ def texts(canvas):
 def test_figures_are_drawn_where_the_table_has_the_data(figures):
     drawn = {(figure.table, figure.kind) for figure in figures}
     assert drawn == {
-        ("clustering", "time"), ("clustering", "error-time"), ("clustering", "stages"),
+        ("clustering", "front"), ("clustering", "time"), ("clustering", "error-time"), ("clustering", "stages"),
         ("clustering", "samples"), ("patterns", "time"), ("patterns", "fps"),
         ("patterns", "footprint"), ("patterns", "stages"), ("patterns", "samples"),
     }  # fmt: skip
@@ -47,7 +64,7 @@ def test_figures_are_readable_files(figures):
     for figure in figures:
         assert figure.svg.read_text().startswith("<?xml")
         pixels = np.asarray(Image.open(figure.png).convert("L"))
-        assert pixels.shape[1] >= 1000
+        assert pixels.shape[1] >= 800
         assert (pixels < 128).any()  # something is drawn
         assert figure.caption.endswith(".")
 
@@ -173,11 +190,59 @@ def test_chart_of_an_empty_table_is_left_out(kind):
     assert CHARTS[kind][1](ChartData(empty, [], {})) is None
 
 
-def test_looks_are_shared_between_tables_and_differ_within_one():
-    many = [f"s{i}" for i in range(12)]
-    found = styles([["a", "b"], ["c", "b"], many])
-    assert found["c"] == found["a"]  # never seen together
-    assert len({found[name] for name in many}) == 12
+def test_a_colour_means_one_system_in_all_tables():
+    first = {"a": "a", "a_one_core": "a", "b": "b"}
+    second = {f"s{i}": f"s{i}" for i in range(len(PALETTE) - 4)} | {"b": "b", "again": "a"}
+    found = styles({"first": first, "second": second})
+    assert found["first"]["b"] == found["second"]["b"]
+    colours = [style.colour for name, style in found["second"].items() if name != "again"]
+    assert len(set(colours)) == len(colours)
+    assert found["first"]["a"].colour not in colours
+    assert not {style.colour for own in found.values() for style in own.values()} & set(STAGES)
+
+
+def test_subjects_of_one_system_differ_in_shade_mark_and_dash():
+    own = {"a": "a", **{f"a_{i}": "a" for i in range(7)}}
+    found = styles({"t": own})["t"]
+    assert found["a"].colour == PALETTE[0]
+    assert len({style.colour for style in found.values()}) == 3
+    assert len({style.marker for style in found.values()}) == len(MARKERS)
+    assert len({(style.colour, style.dash) for style in found.values()}) == len(found)
+
+
+def test_systems_past_the_colours_share_one_with_those_of_other_tables():
+    tables = {f"t{i}": {f"s{i}_{k}": f"s{i}_{k}" for k in range(len(PALETTE))} for i in range(2)}
+    for own in styles(tables).values():
+        assert len({style.colour for style in own.values()}) == len(PALETTE)
+
+
+def test_front_has_the_case_with_the_fewest_triangles_and_whom_nobody_beats(run_folder):
+    data = chart_data(run_folder, "clustering")
+    rows = front.front_rows(data.document, data.facts)
+    assert {row["dataset"] for row in rows} == {"icosphere_5"}
+    assert "manifold3d" not in {row["system"] for row in rows}
+    best = front.front(rows)
+    assert [row["system"] for row in best] == ["quadric_clustering", "fast_simplification"]
+    for row in rows:
+        beaten = [b["wall_s"] <= row["wall_s"] and b["rms_error"] <= row["rms_error"] for b in best]
+        assert any(beaten)
+    chart = front.pareto_front(data)
+    assert chart is not None and "icosphere_5" in chart.caption
+    assert {row["system"] for row in rows} <= set(texts(chart.canvas))
+
+
+def test_names_in_the_front_lie_beside_each_other(run_folder):
+    chart = front.pareto_front(chart_data(run_folder, "clustering"))
+    assert chart is not None
+    renderer = FigureCanvasAgg(chart.canvas).get_renderer()
+    boxes = [text.get_window_extent(renderer) for text in chart.canvas.axes[0].texts]
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+
+
+def test_more_samples_than_dots_are_thinned_by_rank():
+    kept = bars._thinned(np.arange(1000.0)[::-1])
+    assert len(kept) == bars.DOTS and (kept[0], kept[-1]) == (0, 999)
+    assert list(bars._thinned([2.0, 1.0])) == [1, 2]
 
 
 def test_case_names_what_varies_once():
@@ -205,7 +270,8 @@ def test_a_broken_table_is_named(run_folder, tmp_path):
 def made(name, *groups):
     """A chart's data of a table of made-up records."""
     _, document = rows_of(name, *groups)
-    return ChartData(document, [], styles([[row["system"] for row in document["rows"]]]))
+    systems = {row["system"]: row["system"].partition("_on")[0] for row in document["rows"]}
+    return ChartData(document, [], styles({name: systems})[name])
 
 
 def test_projections_over_cores_are_dashed_and_named():

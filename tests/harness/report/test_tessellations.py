@@ -17,9 +17,10 @@ def record(*groups):
 def test_first_patches_are_shown_at_falling_levels(device):
     run = record(("sphere_10", "pattern"), ("cup_26", "gst"), ("pot_32", "vst"))
     found = list(tessellation_pictures(run, (80, 64), device))
-    assert [picture["file"] for picture, _ in found] == [f"level_{k}_cup_26.png" for k in range(3)]
-    assert [pixels.shape for _, pixels in found] == [(64, 80, 3)] * 3
-    assert "13,248 triangles" in found[0][0]["caption"]
+    assert [picture["file"] for picture, _ in found] == [f"level_{k}_cup_26.png" for k in range(6)]
+    assert [pixels.shape for _, pixels in found] == [(64, 80, 3)] * 6
+    assert "13,248 triangles" in found[1][0]["caption"]
+    assert [picture["level"] for picture, _ in found] == [*range(6)]
     assert all(pixels.std() > 5 for _, pixels in found)
 
 
