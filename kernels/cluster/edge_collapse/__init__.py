@@ -35,7 +35,7 @@ Simplification, 1998; link condition of Dey, Edelsbrunner, Guha & Nekhayev 1999.
 and quotas are of our own design, and so are the rounds; the constants of blocks were chosen on bunny_closed_70k,
 armadillo_86k, rocker_arm, mountain_od and a sphere, those of rounds on fandisk, armadillo_86k, dragon_100k,
 mountain_od, mechpart_g3, rocker_arm, kitten_g1 and cheburashka, and those of the fit on fandisk, mechpart_g3,
-rocker_arm and mountain_od.
+rocker_arm, armadillo_86k and mountain_od.
 """
 
 from __future__ import annotations

@@ -34,8 +34,8 @@ class Params(Target):
         crease_angle: degrees between the normals of two triangles from which on their edge is held like a border; None
             holds folds alone, from 120 on, from which thin parts would shrink: no plane of theirs is across. Creases
             are held by their own planes, so that a smaller angle helps where they are faint.
-        fit: in the end vertices move to where they fit the input best (`fit.py`); None: where at most 100,000 triangles are
-            asked for, since so many more are near already, and it takes a fifth of the time then.
+        fit: in the end vertices move to where they fit the input best (`fit.py`); None: where at most 100,000 triangles
+            are asked for, since more are near already, and it takes a fifth of the time then.
         normal_weight: the share of the diagonal that a change of 1 counts as, where normals do not change evenly
             (`penalties.py`); 0 lets them count for nothing, 0.01 is a little, 0.1 much.
         uv_weight: the same of texture coordinates.
