@@ -5,10 +5,28 @@ copyright = "the lodbench developers"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 html_theme = "furo"
 html_title = "lodbench"
-exclude_patterns = ["_build", "driver_defect/*.py"]
+exclude_patterns = ["_build"]
+myst_enable_extensions = ["dollarmath"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 napoleon_numpy_docstring = False
 myst_heading_anchors = 3
 suppress_warnings = ["myst.xref_missing"]
+
+
+def plain_blocks(app, what, name, obj, options, lines):
+    """Fenced blocks of docstrings as literal blocks, and `**` as itself."""
+    fenced, found = False, []
+    for line in lines:
+        if line.strip().startswith("```"):
+            fenced = not fenced
+            found += ["::", ""] if fenced else [""]
+        else:
+            found.append(f"    {line}" if fenced else line.replace("**", r"\*\*"))
+    lines[:] = found
+
+
+def setup(app):
+    """Called by Sphinx."""
+    app.connect("autodoc-process-docstring", plain_blocks)

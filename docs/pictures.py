@@ -1,0 +1,44 @@
+"""The guide's pictures, by the commands that stand beside them: `make pictures`, or `python docs/pictures.py`.
+
+Every `lodbench` line of `docs/systems/*.md` runs, page by page in an empty folder; what a page shows goes to
+`docs/pictures/`, with 64 colours, which makes it a third of the size.
+"""
+
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+DOCS = Path(__file__).parent
+COLOURS = 64
+
+
+def commands(page):
+    """Command lines of a page, in their order."""
+    return re.findall(r"(?m)^(lodbench .+)$", page)
+
+
+def shown(page):
+    """Names of the pictures that a page shows."""
+    return re.findall(r"\]\(\.\./pictures/([\w-]+\.png)\)", page)
+
+
+def main():
+    """Make all of them; a command that fails stops it."""
+    for path in sorted(DOCS.glob("systems/*.md")):
+        page = path.read_text("utf-8")
+        with tempfile.TemporaryDirectory() as folder:
+            for line in commands(page):
+                words = [sys.executable, "-m", "lodbench.harness", *line.split()[1:]]
+                subprocess.run(words, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+            for name in shown(page):
+                small = Image.open(Path(folder) / name).convert("RGB").quantize(COLOURS)
+                small.save(DOCS / "pictures" / name, optimize=True)
+                sys.stdout.write(f"{name}: {(DOCS / 'pictures' / name).stat().st_size} bytes\n")
+
+
+if __name__ == "__main__":
+    main()
