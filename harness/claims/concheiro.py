@@ -3,8 +3,11 @@
 from lodbench.harness.claims.model import Claim, Comparison, Pick, Rows
 
 _VST, _DABT, _SEMI = Pick("vst"), Pick("dabt"), Pick("semi_adaptive")
-_WHOLE, _STRONG, _LIGHT, _DICE = (
-    Pick("rpns", {"culling": culling}) for culling in ("none", "strong", "light", "dice")
+_WHOLE, _STRONG, _LIGHT = (
+    Pick("rpns", {"culling": culling}) for culling in ("none", "strong", "light")
+)
+_DICES, _NO_DICES = (
+    Pick("rpns", {"culling": "none", "dice_culling": dices}) for dices in (True, False)
 )
 _2016 = "Concheiro 2013, section 6.4; GRAPP 2016, of deformable models"
 _PSNR = "rc13_6_7_to_6_10"
@@ -173,10 +176,10 @@ _NURBS = (
                 Pick("uniform_nurbs", {"basis": "stair"}),
                 Pick("uniform_nurbs", {"basis": "cox_de_boor"}),
                 least=1.0,
-                stages=("basis",),
+                stage="basis",
             ),
         ),
-        note="the stage that evaluates them alone, a small part of a frame",
+        note="of the stage that evaluates them; the recursion is its cells in loops, each function by itself",
     ),
     Claim(
         "rc13_light_culls",
@@ -211,7 +214,7 @@ _NURBS = (
         "rc13_dice",
         "dice culling at the end of the sampler makes frames faster",
         "Concheiro 2013, section 6.4, tables 6.11 to 6.15",
-        (Comparison(_DICE, _WHOLE, "frames faster", least=1.0),),
+        (Comparison(_DICES, _NO_DICES, "frames faster", least=1.0),),
     ),
     Claim(
         "rc13_culling_loses",
@@ -237,8 +240,8 @@ _NURBS = (
         "pictures with strong and light quad culling are hardly different from those without",
         "Concheiro 2013, tables 6.7 to 6.10",
         (
-            Rows(_PSNR, "psnr", {"system": "strong*"}, "dB with strong quad culling", least=30.0),
-            Rows(_PSNR, "psnr", {"system": "light*"}, "dB with light quad culling", least=30.0),
+            Rows(_PSNR, "psnr", {"system": "strong"}, "dB with strong quad culling", least=30.0),
+            Rows(_PSNR, "psnr", {"system": "light"}, "dB with light quad culling", least=30.0),
         ),
         note="hardly different is 30 dB; the thesis' values were not at hand",
     ),

@@ -34,7 +34,7 @@ class Comparison:
         least, most: the ratio that the claim allows; one of them.
         table: the groups of this table alone; None those of all.
         facts: the groups that have these facts alone.
-        stages: the device's seconds in these stages in place of samples; none: whole samples.
+        stage: the device's seconds in this stage in place of samples, where "faster".
     """
 
     subject: Pick
@@ -52,7 +52,7 @@ class Comparison:
     reach: Reach = "every"
     table: str | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)
-    stages: tuple[str, ...] = ()
+    stage: str = ""
 
     def __str__(self) -> str:
         return f"both {self.subject} and {self.other}"

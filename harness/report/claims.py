@@ -12,6 +12,7 @@ from lodbench.harness.report.evidence import Measured, Tables, measured
 CONFIRMED, REFUTED, PARTLY = "confirmed", "refuted", "partly confirmed"
 UNDECIDED, NOT_HERE = "undecided", "not measurable here"
 NOT_IN_RUN = "not measured in this run"
+UNJUDGED = (NOT_HERE, NOT_IN_RUN)
 
 _ORDER = (REFUTED, NOT_IN_RUN, UNDECIDED, PARTLY, CONFIRMED)  # the first of a claim's is its own
 _WORDS = {
@@ -27,14 +28,14 @@ _WORDS = {
 def _said(evidence: Evidence, found: Sequence[Measured]) -> str:
     """Such as "1.5 to 1.7 times as fast (1.4 to 1.9)"."""
     if isinstance(evidence, Comparison):
-        stages = f"{' and '.join(evidence.stages)} alone" if evidence.stages else ""
+        stage = f"stage {evidence.stage} alone" if evidence.stage else ""
         facts = (f"{key.replace('_', ' ')} {value}" for key, value in evidence.facts.items())
-        words = ", ".join(filter(None, (_WORDS[evidence.what], stages, *facts)))
+        words = ", ".join(filter(None, (_WORDS[evidence.what], stage, *facts)))
     else:
         words = evidence.says
-    values = [one.value for one in found]
+    values = [one.ratio for one in found]
     text = f"{_span(min(values), max(values))} {words}"
-    sampled = [one for one in found if (one.low, one.high) != (one.value, one.value)]
+    sampled = [one for one in found if (one.low, one.high) != (one.ratio, one.ratio)]
     ends = [end for one in sampled for end in (one.low, one.high) if end is not None]
     return f"{text} ({_span(min(ends), max(ends))})" if ends else text
 

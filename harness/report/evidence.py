@@ -28,15 +28,16 @@ _TARGETS = {"target_count", "target_reduction"}  # asked for; what came out must
 
 @dataclass(frozen=True)
 class Measured:
-    """One case: a ratio or another value in one group of one run; the interval is the value where nothing was sampled.
+    """One case: a ratio, or in its place the number or share, in one group of one run.
 
-    `holds` is None where the interval has both outcomes, or where there is none.
+    The interval is the ratio itself where nothing was sampled. `holds` is None where the interval has both outcomes, or
+    where there is none.
     """
 
     run: str
     group: str
     subject: str
-    value: float
+    ratio: float
     low: float | None
     high: float | None
     holds: bool | None
@@ -125,8 +126,8 @@ def _ratio(
     whole = all(_drawn(group, subject.label) for subject in (one, other))
     if comparison.what == "frames faster":
         times = (other.wall_s, one.wall_s) if whole else (other.frame_s, one.frame_s)
-    elif comparison.stages:
-        times = _stages(other, comparison.stages), _stages(one, comparison.stages)
+    elif comparison.stage:
+        times = _stages(other, [comparison.stage]), _stages(one, [comparison.stage])
     elif whole:
         return None  # samples with drawing say little of the stages before it
     else:
