@@ -113,14 +113,14 @@ _BEZIER = (
     Claim(
         "rc13_length",
         "with the test of length 284.94 thousand triangles are drawn 148.97 times per second",
-        "Concheiro 2013, section 3.4; GRAPP 2011",
+        "Concheiro et al., GRAPP 2011, after chapter 3",
         published="148.97 frames per second, GeForce 295 GTX",
         not_on_cpu="it is a frame rate of one graphics card, of a walk through a scene that was not published",
     ),
     Claim(
         "rc13_tests",
         "the test of distance costs about as much as that of length, though it computes more",
-        "Concheiro 2013, section 3.4",
+        "Concheiro et al., GRAPP 2011, after chapter 3",
         (
             Comparison(
                 Pick("dabt", {"test": "distance"}),

@@ -49,11 +49,9 @@ def _span(low: float, high: float) -> str:
 
 def _rule(evidence: Evidence) -> str:
     """Such as "at least 0.9 in every case"."""
-    parts = [
-        f"{word} {value:,.3g}" if abs(value) < 1000 else f"{word} {value:,.0f}"
-        for word, value in (("at least", evidence.least), ("at most", evidence.most))
-        if value is not None
-    ]
+    least, most = evidence.least, evidence.most
+    ends = (("at least", least), ("at most", most)) if least != most else (("exactly", least),)
+    parts = [f"{word} {_span(value, value)}" for word, value in ends if value is not None]
     return f"{' and '.join(parts)} in {evidence.reach} case"
 
 
