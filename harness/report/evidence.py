@@ -12,7 +12,8 @@ import numpy as np
 from lodbench.harness.claims import Comparison, Evidence, Pick, Rows, Share
 from lodbench.harness.measure.precision import median_interval
 from lodbench.harness.plan.table import Row, Table, tables
-from lodbench.harness.record.record import GroupRecord, RunRecord, SubjectRecord
+from lodbench.harness.record.foreign import blamed_on
+from lodbench.harness.record.record import RUN, GroupRecord, RunRecord, SubjectRecord
 from lodbench.harness.report.ratios import counts, like
 from lodbench.harness.report.rows import table_rows
 from lodbench.harness.report.statistics import paired_ratio
@@ -216,10 +217,11 @@ def measured(
     known = known or Tables()
     found: list[Measured] = []
     for run in runs:
-        if isinstance(evidence, Rows):
-            found += _listed(evidence, run, known)
-        elif isinstance(evidence, Share):
-            found += _shared(evidence, run)
-        else:
-            found += _compared(evidence, run)
+        with blamed_on(run.folder / RUN, "what claims compare"):
+            if isinstance(evidence, Rows):
+                found += _listed(evidence, run, known)
+            elif isinstance(evidence, Share):
+                found += _shared(evidence, run)
+            else:
+                found += _compared(evidence, run)
     return [one for one in found if one.low is not None] or found

@@ -206,6 +206,18 @@ def test_what_a_cpu_cannot_decide_waits_for_a_gpu():
     assert judged(claim(FASTER, not_on_cpu="no graphics card"), made)["verdict"] == "confirmed"
 
 
+def test_count_that_is_no_number_is_the_runs_fault():
+    made = run(
+        group(
+            subject("dabt", [0.3] * 9, counters={"triangles": "many"}),
+            subject("vst", [0.1] * 9, counters={"triangles": 400}),
+        )
+    )
+    fewer = Comparison(Pick("dabt"), Pick("vst"), "fewer triangles", least=1.0)
+    with pytest.raises(ValueError, match=r"run\.json: expected what claims compare, got TypeError"):
+        judged(claim(fewer), made)
+
+
 def test_every_claim_has_a_verdict_of_an_empty_run():
     found = verdicts(run())
     assert len(found) == len(CLAIMS) >= 20
