@@ -12,6 +12,7 @@ from lodbench.harness.report.claims import verdicts
 project = "lodbench"
 copyright = "the lodbench developers"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+default_role = "code"
 html_theme = "furo"
 html_title = "lodbench"
 html_math_renderer = "mathml"

@@ -1,4 +1,4 @@
-"""The guide's pictures, by the commands that stand beside them: `make pictures`, or `python docs/pictures.py`.
+"""The guide's pictures, by the commands beside them: `make pictures`, or `python docs/pictures.py [PAGE ...]`.
 
 Every `lodbench` line of `docs/systems/*.md` runs, page by page in an empty folder; what a page shows goes to
 `docs/pictures/`, with 64 colours, which makes it a third of the size.
@@ -27,8 +27,10 @@ def shown(page):
 
 
 def main():
-    """Make all of them; a command that fails stops it."""
+    """Make all of them, or those of the pages that are named; a command that fails stops it."""
     for path in sorted(DOCS.glob("systems/*.md")):
+        if sys.argv[1:] and path.stem not in sys.argv[1:]:
+            continue
         page = path.read_text("utf-8")
         with tempfile.TemporaryDirectory() as folder:
             for line in commands(page):

@@ -76,7 +76,7 @@ def test_every_system_has_its_section_with_limits_and_source():
     assert set(found) == ours
     for name, text in found.items():
         assert "Source:" in text, name
-        assert "**Limits.**" in text or name == "auto", name
+        assert "**Limits.**" in text, name
 
 
 def test_methods_of_the_guide_are_systems():
