@@ -128,7 +128,7 @@ def _ratio(
     if comparison.what == "frames faster":
         times = (other.wall_s, one.wall_s) if whole else (other.frame_s, one.frame_s)
     elif comparison.stage:
-        times = _stages(other, [comparison.stage]), _stages(one, [comparison.stage])
+        times = other.stage_by_turn(comparison.stage), one.stage_by_turn(comparison.stage)
     elif whole:
         return None  # samples with drawing say little of the stages before it
     else:
