@@ -12,10 +12,17 @@ Reach = Literal["every", "one"]
 
 @dataclass(frozen=True)
 class Pick:
-    """The subjects that a claim speaks of: a system, with these parameters whatever the others are."""
+    """The subjects that a claim speaks of: a system, with these parameters whatever the others are, but not with those.
+
+    Attributes:
+        system: its name.
+        params: that it has.
+        without: that it does not have, such as what is ours and not the paper's.
+    """
 
     system: str
     params: Mapping[str, Any] = field(default_factory=dict)
+    without: Mapping[str, Any] = field(default_factory=dict)
 
     def __str__(self) -> str:
         words = [self.system, *(f"{key}={value}" for key, value in self.params.items())]
