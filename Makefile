@@ -1,10 +1,10 @@
-# make setup | report | test | lint | types | bench | guard | fuzz | docs | wheel | clean
+# make setup | report | test | lint | types | bench | guard | fuzz | docs | pictures | wheel | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help setup report test lint types bench guard fuzz docs wheel clean
+.PHONY: help setup report test lint types bench guard fuzz docs pictures wheel clean
 
 help:
 	@echo "make setup    a virtual environment in $(VENV) with everything that tests and reports need"
@@ -16,6 +16,7 @@ help:
 	@echo "make guard    a short run against the recorded ones: what got slower, relative to numpy and to copying"
 	@echo "make fuzz     10,000 inputs of every system and reader, killed runs, full disks: hours (INPUTS=100 for less)"
 	@echo "make docs     the user guide and the interface as pages, in docs/_build/html"
+	@echo "make pictures the guide's pictures anew, by the commands beside them"
 	@echo "make wheel    build the wheel and the source distribution"
 
 setup: $(READY)
@@ -55,6 +56,9 @@ fuzz: $(READY)
 docs: $(READY)
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[docs]"
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html && echo "docs: docs/_build/html/index.html"
+
+pictures: $(READY)
+	$(BIN)/python docs/pictures.py
 
 wheel: $(READY) clean
 	$(BIN)/python -m build

@@ -48,6 +48,11 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/baselines/nurbs.py": "harness/baselines/test_numpy_nurbs.py",
     "harness/baselines/simplifier.py": "harness/baselines/test_peers.py",
     "harness/baselines/vtk_mesh.py": "harness/baselines/test_peers.py",
+    **{
+        f"harness/claims/{name}.py": "harness/report/test_claims.py"
+        for name in ("boubekeur", "concheiro", "decoro", "model", "wang")
+    },
+    "harness/report/evidence.py": "harness/report/test_claims.py",
     "harness/doctor/opencl.py": "harness/doctor/test_examine.py",
     "harness/doctor/probe.py": "harness/doctor/test_examine.py",
     "harness/measure/trial.py": "harness/measure/test_frames.py",

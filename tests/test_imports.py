@@ -92,7 +92,7 @@ def test_reference_imports_nothing_of_its_host(name):
 SYSTEMS = {path.parent.name for path in (ROOT / "kernels").glob("*/*/host.py")}
 # the one that says which system a verb prefers, what papers claim of some, pictures of some, one spread over machines
 NAMING = {
-    "lodbench.harness.claims",
+    *(f"lodbench.harness.claims.{paper}" for paper in ("boubekeur", "concheiro", "decoro", "wang")),
     "lodbench.kernels.verbs",
     "lodbench.harness.distributed",
     "lodbench.harness.report.adaptive_tessellations",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
@@ -42,27 +43,35 @@ def report(
 
 @app.command()
 def claims(
-    folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder.")],
+    folders: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="A run's folder, or several.")
+    ],
     json_output: JsonOption = False,
 ) -> None:
-    """What the papers claim, what was published and measured, and the verdict: from a run's records.
+    """What the papers claim, what was published and measured, and the verdict: from the records of one run or several.
+
+    A claim is confirmed where the whole 95 % interval of every case keeps to its rule, refuted where none does.
 
     Example: lodbench claims run_a
     """
     from lodbench.harness.record.record import read_run
     from lodbench.harness.report import claims as judge
 
-    found = judge.verdicts(read_run(folder))
+    found = judge.verdicts([read_run(folder) for folder in folders])
     if json_output:
         say_json(found)
         return
     for one in found:
         say(f"{one['claim']} ({one['source']})")
         words = [one["verdict"], one["reason"]]
-        for label, text in (("published", one["published"]), ("measured", one["measured"])):
-            if text:
-                say(f"  {label}: {text}")
+        for label in ("published", "measured", "rule"):
+            if one[label]:
+                say(f"  {label}: {one[label]}")
         say(f"  {': '.join(filter(None, words))}")
+    counts = Counter(one["verdict"] for one in found)
+    say(
+        f"{len(found)} claims: {', '.join(f'{n} {verdict}' for verdict, n in counts.most_common())}"
+    )
 
 
 @app.command()

@@ -195,12 +195,12 @@ def _page(
 
 def _judged(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Claims with a verdict, those without, and how many have which."""
-    known = [one for one in found if one["verdict"] != claims.NOT_HERE]
+    known = [one for one in found if one["verdict"] not in claims.UNJUDGED]
     order = (claims.CONFIRMED, claims.PARTLY, claims.UNDECIDED, claims.REFUTED)
     counts = [(word, sum(one["verdict"] == word for one in known)) for word in order]
     return {
         "claims": found,
         "judged": known,
-        "unjudged": [one for one in found if one["verdict"] == claims.NOT_HERE],
+        "unjudged": [one for one in found if one["verdict"] in claims.UNJUDGED],
         "tally": [(word, count) for word, count in counts if count],
     }

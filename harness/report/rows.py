@@ -8,6 +8,7 @@ counters and params by their names, the group's facts over them; dataset, triang
 triangles_out, vertices_out, cells      what came out, and the grid that was asked for or found
 wall_s, wall_s_min, _lower, _upper, samples, stage_fps      of the counted samples
 wall_s_low, wall_s_high                 95 % interval of the median wall_s; None with fewer than 6 samples
+frame_s_low, frame_s_high               the same of whole frames
 wall_error                              how far its farther end is from the median, as a share of it
 stage_s, <stage>_s                      device seconds, of all stages and of each
 frame_s, frame_s_lower, _upper, frames, frame_fps           whole frames, drawn
@@ -84,6 +85,7 @@ def _times(subject: SubjectRecord) -> Row:
     row["frame_s"] = frames.median if frames else None
     row["frame_s_lower"] = frames.lower if frames else None
     row["frame_s_upper"] = frames.upper if frames else None
+    row["frame_s_low"], row["frame_s_high"] = median_interval(list(subject.frame_s.values()))
     row["frame_fps"] = 1 / frames.median if frames else None
     return row
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lodbench.kernels.cluster.clustering import Clustering
-from lodbench.kernels.opencl import Buffer, Timeline
+from lodbench.kernels.opencl import Buffer, Launch, Timeline
 from lodbench.kernels.stages.scan import chunk_count
 from lodbench.kernels.subject import POINT, WORD
 
@@ -77,10 +77,10 @@ class Nodes(Clustering):
             )
         )  # fmt: skip
 
-    def _map(self) -> Buffer:
+    def _mapping(self) -> tuple[Launch, Buffer]:
         result = self.device.allocate("vertex_map", self._vertices, np.uint32)
-        self.launch(
+        launch = self.launch(
             "octree_cut_map", self._vertices, "vertex_map", nodes=self.vertex_nodes,
             new_ranks=self.new_ranks, vertex_map=result, vertex_count=self._vertices,
-        )(Timeline())  # fmt: skip
-        return result
+        )  # fmt: skip
+        return launch, result

@@ -178,6 +178,14 @@ def test_octree_meets_its_target(device, make, reduction):
     assert result.vertex_map.shape == (make().vertex_count,)
 
 
+def test_vertex_map_of_a_call_is_that_of_its_frame(device):
+    mesh = sphere(40, 60)
+    result = simplify_to(device, mesh, max_error=5e-3)
+    made = cluster(device, mesh, max_error=5e-3)
+    assert np.array_equal(result.vertex_map, made.vertex_map())
+    assert np.isin(np.arange(result.mesh.vertex_count), result.vertex_map).all()
+
+
 def test_octree_of_all_triangles_is_the_mesh_itself(device):
     result = simplify_to(device, sphere(), target_count=10_000)
     assert np.array_equal(result.mesh.triangles, sphere().triangles)
