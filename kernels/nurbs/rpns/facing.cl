@@ -1,4 +1,4 @@
-// Does a KSQuad face away from the eye? Eight at a time, by three techniques.
+// Does a KSQuad face away from the eye, or lie beside the image? Eight at a time, by three techniques.
 //
 // Source    Concheiro 2013, section 6.4.2 (strong and light quad culling; which quads of the net is a reconstruction); what
 //           is certified is ours: with X = w (S - e), S_u x S_v faces away where X . (X_u x X_v) >= 0. X_u x X_v is a Bezier
@@ -25,6 +25,28 @@ static inline net8 rpns_from_eye(const net8 a, const float3 eye)
 {
     const net8 found = {a.x - a.w * eye.x, a.y - a.w * eye.y, a.z - a.w * eye.z, a.w};
     return found;
+}
+
+// are all control points beyond one side of the image, and so all between them? By more than rounds away
+static inline int8 rpns_beside(
+    const net8 *net, const float3 origin, const float4 clip, const float4 clip_w, const uint p, const uint q)
+{
+    const float4 low = clip + clip_w, high = clip_w - clip; // negative: beyond it
+    const float least = low.x * origin.x + low.y * origin.y + low.z * origin.z + low.w;
+    const float most = high.x * origin.x + high.y * origin.y + high.z * origin.z + high.w;
+    const float size = 4e-6f * ((fabs(low.x) + fabs(high.x)) * fabs(origin.x) + (fabs(low.y) + fabs(high.y)) * fabs(origin.y)
+        + (fabs(low.z) + fabs(high.z)) * fabs(origin.z) + fabs(low.w) + fabs(high.w));
+    int8 before = (int8)(-1), after = before;
+    for (uint k = 0; k <= p; ++k)
+        for (uint l = 0; l <= q; ++l) {
+            const net8 a = net[8 * k + l];
+            const float8 slack = a.w * size
+                + 4e-6f * (fabs(a.x) + fabs(a.y) + fabs(a.z)) * (fabs(clip.x) + fabs(clip.y) + fabs(clip.z) + fabs(clip_w.x)
+                    + fabs(clip_w.y) + fabs(clip_w.z));
+            before &= (low.x * a.x + low.y * a.y) + (low.z * a.z + least * a.w) < -slack;
+            after &= (high.x * a.x + high.y * a.y) + (high.z * a.z + most * a.w) < -slack;
+        }
+    return before | after;
 }
 
 // does a degree's light culling look at this row of quads? The middle of the net, or, where that has few, its ends

@@ -1,7 +1,7 @@
-// The geometry stage: which KSQuads face away from the eye, eight of a row at a time; then triangles of those that stay.
+// The geometry stage: which KSQuads are beside the image or face away from the eye, eight of a row at a time.
 //
 // Source    Concheiro 2013, section 6.4.2
-// Work      cull: 1-D, one item per octet of KSQuads; emit: 1-D, one item per KSQuad that stays
+// Work      1-D, one item per octet of KSQuads
 // Reads     octets    uint [8 * octet_count]  surface, first control row, record of u, record of the first v, how many,
 //                                             first KSQuad
 //           surfaces  uint [16 * surfaces]    as nurbs/surface.cl has them
@@ -9,12 +9,7 @@
 //           beziers   float[64 * records]     from the control points of a span to those of its Bezier curve, 8 x 8
 //           choose    float[14 * 14]          binomial coefficients
 //           controls  float[4 * controls]     as nurbs/surface.cl has them
-//           kept      uint [quads]            KSQuads that stay, in order
-//           total     uint [1]                how many
-//           places    uint [2 * quads]        first vertex, and columns of the grid
 // Writes    flags     uchar[quads]            1: it stays
-//           triangles uint [3 * triangles]    2 segments^2 of each KSQuad that stays
-//           counts    uint [2]                vertices, all of them, and triangles
 // Needs     nurbs/rpns/facing.cl
 // Plain     nurbs/rpns/reference.py
 // Defines   CULLING (0: none, 1: strong, 2: light, 3: certified)
@@ -32,7 +27,10 @@ __kernel void rpns_geometry_cull(
     __global const float *restrict choose,
     __global const float *restrict controls,
     __global uchar *restrict flags,
-    const float4 eye,               // w = 0: there is none, and all stay
+    const float4 eye,    // w = 0: there is none, and all stay
+    const float4 clip_x, // from a point to the image, whose sides are at -w and w
+    const float4 clip_y,
+    const float4 clip_w,
     const uint octet_count)
 {
     const uint octet = get_global_id(0);
@@ -57,6 +55,8 @@ __kernel void rpns_geometry_cull(
                     vload8(0, points[0]), vload8(0, points[1]), vload8(0, points[2]), vload8(0, points[3])};
                 net[8 * k + l] = found;
             }
+        const float3 origin = as_float3(surface.sbcd);
+        const int8 hidden = rpns_beside(net, origin, clip_x, clip_w, p, q) | rpns_beside(net, origin, clip_y, clip_w, p, q);
 #if CULLING == 3
         const net8 none = {(float8)(0.0f), (float8)(0.0f), (float8)(0.0f), (float8)(0.0f)};
         net8 half_way[64];
@@ -77,36 +77,12 @@ __kernel void rpns_geometry_cull(
                 for (uint a = 0; a <= p; ++a) rpns_add(&net[8 * a + b], share, half_way[8 * a + l]);
             }
         }
-        away = rpns_faces_away(net, from, p, q, choose);
+        away = hidden | rpns_faces_away(net, from, p, q, choose);
 #elif CULLING > 0
-        away = rpns_net_faces_away(net, from, p, q);
+        away = hidden | rpns_net_faces_away(net, from, p, q);
 #endif
     }
     int lanes[8];
     vstore8(away, 0, lanes);
     for (uint lane = 0; lane < count; ++lane) flags[row.s5 + lane] = lanes[lane] ? 0 : 1;
-}
-
-__kernel void rpns_geometry_emit(
-    __global const uint *restrict kept,
-    __global const uint *restrict total,
-    __global const uint *restrict places,
-    __global uint *restrict triangles,
-    __global uint *restrict counts,
-    const uint segments,
-    const uint vertex_count,
-    const uint quad_count)
-{
-    const uint slot = get_global_id(0);
-    const uint each = 2 * segments * segments;
-    if (slot == 0) counts[0] = vertex_count, counts[1] = min(total[0], quad_count) * each;
-    if (slot >= min(total[0], quad_count)) return;
-
-    const uint first = places[2 * kept[slot]], columns = places[2 * kept[slot] + 1];
-    __global uint *out = triangles + (size_t)3 * slot * each;
-    for (uint i = 0; i < segments; ++i)
-        for (uint j = 0; j < segments; ++j, out += 6) {
-            const uint a = first + i * columns + j, b = a + columns;
-            out[0] = a, out[1] = b, out[2] = b + 1, out[3] = a, out[4] = b + 1, out[5] = a + 1;
-        }
 }

@@ -1,84 +1,275 @@
-"""A model's grids and the KSQuads of each frame: culled by the view, then triangles of what stays."""
+"""Each frame's KSQuads: culled by the view, cut into KSDices by the screen, and drawn without those that face away."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.nurbs_surface import NurbsModel
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.bezier.level_places import screen_rows
 from lodbench.kernels.launching import group_size
+from lodbench.kernels.nurbs.params import BASES
 from lodbench.kernels.nurbs.rpns.params import CULLING, Params
-from lodbench.kernels.nurbs.rpns.quads import quads_of
+from lodbench.kernels.nurbs.rpns.quads import COLLAPSED, quads_of
 from lodbench.kernels.nurbs.rpns.reference import visible
+from lodbench.kernels.nurbs.rpns.sampling import Sampled, judged
 from lodbench.kernels.nurbs.tessellated import Tessellated, sampled
-from lodbench.kernels.opencl import Device
+from lodbench.kernels.opencl import Device, Timeline
+from lodbench.kernels.stages.camera import fit_box
 from lodbench.kernels.stages.compact import Compact
+from lodbench.kernels.stages.scan import ExclusiveScan
 from lodbench.kernels.subject import POINT, Step
-from lodbench.kernels.system import Check, DeviceSurface, Frame
+from lodbench.kernels.system import Check, DeviceSurface, Frame, View
+
+FIRST_VERTICES = 1 << 16  # that there is room for to begin with, where KSQuads adapt
+SPARE = 1.25  # times the room that a frame needed
+BREAKS = (0.25, 0.5, 0.75)
 
 
 class Rpns(Tessellated):
-    """A model under the pipeline: see `lodbench.kernels.nurbs.rpns`."""
+    """A model under the pipeline: see `lodbench.kernels.nurbs.rpns`.
+
+    Its corners are those of a tessellation with one segment to a KSQuad, the same to the bit on borders that surfaces
+    share; borders of KSQuads begin and end there.
+
+    Raises:
+        ValueError: more vertices than 32-bit indices can name, or a coordinate that the sums cannot bear.
+        Unsupported: the output does not fit the device's memory.
+    """
 
     def __init__(self, device: Device, model: NurbsModel, params: Params) -> None:
-        super().__init__(device, model, params, sampled(model, params))
+        corners = replace(params, level=0, normals=False)
+        super().__init__(device, model, corners, sampled(model, corners))
+        self._params = self.params = params
+        self.defines["NORMALS"] = int(params.normals)
         self.quads = count = model.span_count
-        segments = 1 << params.level
+        most = params.finest * (2 if params.adapts and params.edges == "tolerant" else 1)
+        self._most = np.array([count * (most + 1) ** 2, count * 2 * most**2])
+        if self._most.max(initial=0) > 2**32:
+            raise ValueError(
+                f"level: expected at most 2**32 vertices in all, got {self._most.max():,}"
+            )
+        self._whole = fit_box(*model.box) if count else None
+        if not count:
+            self.output = (replace(self.output[0], normals=None),)
+            self.warm_up()
+            return
+        self.share()  # of corners
+        if params.edges == "tolerant":
+            self._steps.clear()
         with self.setup.host("tables"):
-            tables = quads_of(model, self.grids, segments)
-        self._seen: NDArray[np.float64] | None = None
-        if count:
-            self._add_geometry(tables, segments, params)
-        self.finish()
+            self._tables = quads_of(model, self.grids, self._borders)
+        self._upload()
+        self._add_geometry()
+        self._add_sampler()
+        self._fixed = len(self._steps)
+        room = np.array([FIRST_VERTICES, 2 * FIRST_VERTICES])
+        self._make_room(*(np.minimum(self._most, room) if params.adapts else self._most).tolist())
+        self.warm_up()
+        while self.overflowed():
+            self.grow()
+            self.warm_up()
 
-    def _add_geometry(self, tables, segments: int, params: Params) -> None:
-        device, count = self.device, self.quads
+    def _upload(self) -> None:
+        tables, count = self._tables, self.quads
         with self.setup.host("upload"):
-            read = {
+            self._read = {
                 name: self.upload(name, getattr(tables, name), role="pattern")
-                for name in ("octets", "firsts", "beziers", "choose")
+                for name in ("octets", "firsts", "beziers", "choose", "edges")
             }
-            places = self.upload("quad_places", tables.places, role="pattern")
+            self._quads = self.upload("quads", tables.rows, role="pattern")
+            self._fives = self.upload("fives", tables.fives, role="pattern")
+            factors = np.tile(np.float32([self._params.finest, *BREAKS]), (len(tables.edges), 1))
+            factors[tables.edges[:, 6] == COLLAPSED, 0] = 1
+            self._factors = self.upload("factors", factors, role="scratch")
         self._flags = self.allocate("flags", count, np.uint8)
-        kept, total = self.allocate("kept", count, np.uint32), self.allocate("total", 1, np.uint32)
-        counts = self.allocate("counts", 2, np.uint32, "output")
-        (whole,) = self.output
-        triangles = whole.triangles
-        self.output = (
-            DeviceSurface(
-                self.positions, whole.normals, triangles, self.vertices, whole.triangle_count,
-                counts=counts,
-            ),
-        )  # fmt: skip
+        self._sizes = self.allocate("sizes", (count, 8), np.float32)
+        words = ("kept", "vertex_counts", "triangle_counts", "vertex_offsets", "triangle_offsets")
+        self._lists = {name: self.allocate(name, count, np.uint32) for name in words}
+        totals = ("total", "vertex_total", "triangle_total")
+        self._totals = {name: self.allocate(name, 1, np.uint32) for name in totals}
+        self._counts = self.allocate("counts", 2, np.uint32, "output")
+
+    def _add_geometry(self) -> None:
+        """Which KSQuads stay."""
+        params, read = self._params, self._read
         with self.setup.host("build"):
-            program = device.build(
+            program = self.device.build(
                 "nurbs/rpns/geometry.cl", defines={"CULLING": CULLING.index(params.culling)}
             )
+        none = (0.0, 0.0, 0.0, 0.0)
         self._cull = program.launch(
-            "rpns_geometry_cull", len(tables.octets), stage="cull", local=group_size(device),
+            "rpns_geometry_cull", len(self._tables.octets), stage="cull", local=group_size(self.device),
             surfaces=self.buffers["surfaces"], controls=self.buffers["controls"], flags=self._flags,
-            eye=(0.0, 0.0, 0.0, 0.0), octet_count=len(tables.octets), **read,
+            eye=none, clip_x=none, clip_y=none, clip_w=none, octet_count=len(self._tables.octets),
+            **{name: read[name] for name in ("octets", "firsts", "beziers", "choose")},
         )  # fmt: skip
-        self.add(self._cull, bytes=self.buffers["controls"].size_bytes + count)
+        self.add(self._cull, bytes=self.buffers["controls"].size_bytes + self.quads)
         with self.holding("scratch"):
-            compact = Compact(device, self._flags, total, indices=kept, stage="compact")
+            kept = self._lists["kept"]
+            compact = Compact(self.device, self._flags, self._totals["total"], indices=kept)
         self.add(compact, stage="compact")
-        emit = program.launch(
-            "rpns_geometry_emit", count, stage="emit", kept=kept, total=total, places=places,
-            triangles=triangles, counts=counts, segments=segments, vertex_count=self.vertices,
-            quad_count=count,
+
+    def _add_sampler(self) -> None:
+        """How many KSDices each of them gets."""
+        params, count = self._params, self.quads
+        switches = {
+            "ADAPTIVE": int(params.adapts),
+            "TOLERANT": int(params.edges == "tolerant"),
+            "UNIFORM": int(params.sampling != "non_uniform"),
+            "WATERTIGHT": int(params.edges == "watertight"),
+            "DICES": int(params.dice_culling),
+            "STREAMING": 0,
+            "CHUNK": 8,
+            "BASIS": BASES.index(params.basis),
+        }
+        degrees = [max(s.degree_u, s.degree_v) for s in self.model.surfaces]
+        switches["MOST_DEGREE"] = next(d for d in (3, 5, 7) if max(degrees) <= d)
+        with self.setup.host("build"):
+            self._program = self.device.build(
+                "nurbs/rpns/sampler.cl", "nurbs/rpns/dices.cl", defines=self.defines | switches
+            )
+        none = (0.0, 0.0, 0.0, 0.0)
+        shared = {
+            "surfaces": self.buffers["surfaces"], "controls": self.buffers["controls"],
+            "fives": self._fives, "factors": self._factors, "screen_x": none, "screen_y": none,
+            "screen_w": none, "side": float(np.sqrt(params.pixel_area)),
+            "finest": float(params.finest),
+        }  # fmt: skip
+        local, edges = group_size(self.device), self._read["edges"]
+        self._sized = []
+        if params.adapts:
+            launch = self._program.launch(
+                "rpns_sampler_edges", len(self._tables.edges), stage="edges", local=local, edges=edges,
+                flags=self._flags, edge_count=len(self._tables.edges), **shared,
+            )  # fmt: skip
+            self.add(launch, bytes=2 * self.buffers["controls"].size_bytes)
+            self._sized.append(launch)
+        lists, totals = self._lists, self._totals
+        launch = self._program.launch(
+            "rpns_sampler_sizes", count, stage="sizes", local=local, quads=self._quads,
+            kept=lists["kept"], total=totals["total"], sizes=self._sizes,
+            vertex_counts=lists["vertex_counts"], triangle_counts=lists["triangle_counts"],
+            quad_count=count, **shared,
+        )  # fmt: skip
+        self.add(launch, bytes=self.buffers["controls"].size_bytes)
+        self._sized.append(launch)
+        self._scan("vertex")
+
+    def _scan(self, what: str) -> None:
+        lists, totals = self._lists, self._totals
+        with self.holding("scratch"):
+            scan = ExclusiveScan(
+                self.device, lists[f"{what}_counts"], lists[f"{what}_offsets"], totals[f"{what}_total"],
+                live=totals["total"],
+            )  # fmt: skip
+        self.add(scan, stage="scan")
+
+    def _make_room(self, vertices: int, triangles: int) -> None:
+        """The output's buffers and the launches that fill them.
+
+        Raises:
+            Unsupported: the device has no room for them.
+        """
+        params, count, lists, totals = self._params, self.quads, self._lists, self._totals
+        shape = (vertices if params.normals else 0, 3)
+        self._points = self.allocate("positions", (vertices, 3), np.float32, "output")
+        self._directions = self.allocate("normals", shape, np.float32, "output")
+        self._triangle = self.allocate("triangles", (triangles, 3), np.uint32, "output")
+        self._facing = self.allocate("facing", vertices if params.dice_culling else 0, np.uint8)
+        self._room = int(vertices), int(triangles)
+        del self._steps[self._fixed :]
+        shared = {
+            "sizes": self._sizes, "total": totals["total"], "facing": self._facing,
+            "vertex_offsets": lists["vertex_offsets"], "quad_count": count, "vertex_room": vertices,
+        }  # fmt: skip
+        read = {name: self.buffers[name] for name in ("surfaces", "spans", "controls", "scales")}
+        local = group_size(self.device)
+        self._evaluate = self._program.launch(
+            "rpns_dices_vertices", count, stage="dices", local=local, quads=self._quads,
+            edges=self._read["edges"], fives=self._fives, factors=self._factors,
+            corners=self.positions, kept=lists["kept"], positions=self._points,
+            normals=self._directions, triangle_counts=lists["triangle_counts"],
+            eye=(0.0, 0.0, 0.0, 0.0), **read, **shared,
+        )  # fmt: skip
+        size = POINT * (1 + params.normals)
+        self.add(self._evaluate, bytes=lambda own: size * own.live()[0])
+        self._scan("triangle")
+        emit = self._program.launch(
+            "rpns_dices_triangles", count, stage="emit", local=local,
+            triangle_offsets=lists["triangle_offsets"], vertex_total=totals["vertex_total"],
+            triangle_total=totals["triangle_total"], triangles=self._triangle,
+            counts=self._counts, triangle_room=triangles, **shared,
         )  # fmt: skip
         self.add(emit, lambda own: POINT * own.live()[1])
+        self._seen: Any = self  # no view
+        self.output = (
+            DeviceSurface(
+                self._points, self._directions if params.normals else None, self._triangle,
+                *self._room, counts=self._counts,
+            ),
+        )  # fmt: skip
 
     def steps(self, frame: Frame) -> Sequence[Step]:
-        """All steps, culled as seen from the frame's eye; without a view nothing is."""
-        if self.quads:
-            eye = None if frame.view is None else frame.view.eye
-            self._cull.set(eye=(0.0, 0.0, 0.0, 0.0) if eye is None else (*map(float, eye), 1.0))
+        """All steps, as seen by the frame's view; without one nothing is culled, and all is cut as if seen whole."""
+        if self.quads and frame.view is not self._seen:
+            view = frame.view or self._whole
+            assert view is not None
+            eye = (*map(float, view.eye), 1.0) if frame.view is not None else (0.0,) * 4
+            self._evaluate.set(eye=eye)
+            clip = np.asarray(view.world_to_clip, np.float64)
+            clip = clip / max(float(np.abs(clip[3]).max()), 1e-37)
+            x, y, w = (tuple(map(float, clip[k])) for k in (0, 1, 3))
+            self._cull.set(eye=eye, clip_x=x, clip_y=y, clip_w=w)
+            x, y, w = screen_rows(view)
+            for launch in self._sized:
+                launch.set(screen_x=x, screen_y=y, screen_w=w)
+            self._seen = frame.view
         return self._steps
+
+    # room
+
+    def needed(self) -> tuple[int, int]:
+        """Vertices and triangles of the last frame, whether there was room for them or not."""
+        if not self.quads:
+            return 0, 0
+        wanted = [(self._totals[f"{name}_total"], None) for name in ("vertex", "triangle")]
+        vertices, triangles = self.device.read_all(*wanted)
+        return int(vertices[0]), int(triangles[0])
+
+    def overflowed(self) -> bool:
+        """See `Growing`."""
+        if not self.quads or not self._params.adapts:
+            return False
+        vertices, triangles = self.needed()
+        return vertices > self._room[0] or triangles > self._room[1]
+
+    def grow(self) -> None:
+        """See `Growing`."""
+        room = [
+            max(room, min(int(SPARE * needed), int(most)))
+            for needed, room, most in zip(self.needed(), self._room, self._most, strict=True)
+        ]
+        gone = self._points, self._directions, self._triangle
+        self.release("output", *gone)
+        self.release("scratch", self._facing)
+        self.output = ()
+        for buffer in (*gone, self._facing):
+            buffer.release()
+        self._make_room(*room)
+
+    def live_rows(self) -> list[tuple[int, int]]:
+        """Vertices and triangles of the last frame."""
+        if self.frame is None:
+            self.enqueue(Frame(), Timeline())
+        return [self.needed()]
+
+    # afterwards
 
     def kept(self) -> NDArray[np.bool_]:
         """Which KSQuads the last frame kept, in their order."""
@@ -87,39 +278,109 @@ class Rpns(Tessellated):
             return np.zeros(0, bool)
         return self.device.read(self._flags).astype(bool)
 
-    def result(self) -> Sequence[TriangleMesh]:
-        """The last frame's mesh: all vertices, and the triangles of the KSQuads that stayed."""
-        positions, normals = self._read()
+    def sampled(self) -> Sampled:
+        """How the last frame's KSQuads were cut."""
+        kept = np.flatnonzero(self.kept())
         if not self.quads:
-            return [TriangleMesh(positions, np.zeros((0, 3), np.uint32), normals)]
-        count = self.live()[1]
-        triangles = self.device.read(self.output[0].triangles, count)
-        return [TriangleMesh(positions, triangles, normals)]
+            return Sampled.none()
+        sizes, factors = self.device.read_all((self._sizes, len(kept)), (self._factors, None))
+        return Sampled(self._tables, kept, sizes, factors, self._params)
+
+    def result(self) -> Sequence[TriangleMesh]:
+        """The last frame's mesh, KSQuad after KSQuad."""
+        vertices, triangles = self.live()
+        wanted = [
+            (self.output[0].positions, vertices), (self.output[0].triangles, triangles),
+            (self.output[0].normals or self.output[0].positions, vertices),
+        ]  # fmt: skip
+        points, faces, normals = (a.reshape(-1, 3) for a in self.device.read_all(*wanted))
+        return [TriangleMesh(points, faces, normals if self._params.normals else None)]
+
+    def _split(self) -> tuple[TriangleMesh, NDArray[np.int64], NDArray[np.int64]]:
+        """The last frame's mesh, and of each vertex its surface and what place it stands at."""
+        (mesh,) = self.result()
+        found = self.sampled()
+        root = np.arange(self.vertices)
+        root[self.shared.vertices] = self.shared.roots
+        return mesh, found.surfaces(), found.keys(root)
+
+    def welded(self) -> TriangleMesh:
+        """The last frame's mesh with every shared vertex once, and triangles at collapsed edges left out.
+
+        A vertex has the mean of the normals there. With tolerant edges KSQuads share nothing.
+        """
+        mesh, _, keys = self._split()
+        return _joined(mesh, keys)
+
+    def parts(self) -> list[TriangleMesh]:
+        """A mesh for each surface; where surfaces share a border, its points are the same to the bit in both."""
+        mesh, surfaces, keys = self._split()
+        made = []
+        for s in range(len(self.model.surfaces)):
+            first, end = np.searchsorted(surfaces, [s, s + 1])
+            a = mesh.triangles[:, 0]
+            own = mesh.triangles[(a >= first) & (a < end)] - np.uint32(first)
+            normals = None if mesh.normals is None else mesh.normals[first:end]
+            part = TriangleMesh(mesh.positions[first:end], own, normals)
+            made.append(_joined(part, keys[first:end]))
+        return made
 
     def check(self) -> Check:
-        """Points and normals as of every tessellation; certified culling must have dropped nothing that is visible."""
-        found = super().check()
-        certified = getattr(self._params, "culling", "") == "certified"
+        """Points and normals of some KSQuads against float64; certified culling dropped nothing that is visible."""
+        (mesh,) = self.result()
+        found = judged(self.model, self.sampled(), mesh)
+        certified = self._params.culling == "certified"
         if found.passed and certified and (wrong := self.lost()[1]):
-            what = "KSQuads culled of which a sample faces the eye"
+            what = "KSQuads culled of which a sample is in view and faces the eye"
             return Check(False, what, float(wrong), 0.0)
         return found
 
-    def lost(self) -> tuple[int, int]:
-        """KSQuads that the last frame culled, and those of them of which some sample faces the eye."""
+    def lost(self) -> tuple[int, int, float]:
+        """KSQuads that the last frame culled, those of them of which some sample is in view and faces the eye, and
+        which share of all samples that do these are.
+        """
         kept = self.kept()
-        view = None if self.frame is None else self.frame.view
+        view: View | None = None if self.frame is None else self.frame.view
         if view is None or kept.all():
-            return int((~kept).sum()), 0
-        seen = visible(self.model, view.eye)
-        return int((~kept).sum()), int((seen[~kept] > 0).sum())
+            return int((~kept).sum()), 0, 0.0
+        seen = visible(self.model, view)
+        share = float(seen[~kept].sum() / max(float(seen.sum()), 1e-9))
+        return int((~kept).sum()), int((seen[~kept] > 0).sum()), share
 
     def more_counters(self) -> Mapping[str, int | float]:
-        """With the KSQuads kept and culled, and those culled of which a sample faces the eye."""
-        culled, wrong = self.lost()
+        """With the KSQuads kept and culled, what was lost, and how fine the others are."""
+        culled, wrong, share = self.lost()
+        sizes = self.sampled().segments
         return {
             **super().more_counters(),
             "quads_kept": self.quads - culled,
             "quads_culled": culled,
             "quads_lost": wrong,
+            "visible_lost": share,
+            "dices": int(sizes.prod(axis=1).sum()),
+            "most_segments": int(sizes.max(initial=0)),
         }
+
+
+def _joined(mesh: TriangleMesh, keys: NDArray[np.int64]) -> TriangleMesh:
+    """With vertices of one key once, and no triangle that has one twice."""
+    _, first, vertex = np.unique(keys, return_index=True, return_inverse=True)
+    order = np.argsort(first)  # as they came
+    number = np.empty(len(first), np.uint32)
+    number[order] = np.arange(len(first), dtype=np.uint32)
+    vertex, first = number[vertex.reshape(-1)], first[order]
+    triangles = vertex[mesh.triangles]
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    normals = mesh.normals
+    if normals is not None:
+        sums = np.stack([np.bincount(vertex, normals[:, k], len(first)) for k in range(3)], axis=1)
+        length = np.linalg.norm(sums, axis=1, keepdims=True)
+        unit = sums / np.where(length > 0, length, 1)
+        normals = np.where(length > 1e-6, unit, normals[first]).astype(np.float32)
+    used = np.zeros(len(first), bool)
+    used[triangles] = True
+    place = (np.cumsum(used) - 1).astype(np.uint32)
+    return TriangleMesh(
+        mesh.positions[first][used], place[triangles], None if normals is None else normals[used]
+    )

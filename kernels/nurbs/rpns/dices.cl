@@ -1,0 +1,206 @@
+// The sampler's second half: vertices of the KSQuads that stay, what their borders share, and KSDices as triangles.
+//
+// Source    Concheiro 2013, sections 6.3 and 6.4.1 (dice culling); how borders of unlike numbers meet is a reconstruction:
+//           a grid has no fewer segments than its borders, and vertices on a border move to the nearest of its own
+// Work      1-D over KSQuads that stay
+// Reads     quads, edges, surfaces, spans, controls, scales, fives, factors, sizes, kept, total: see nurbs/rpns/sampler.cl
+//           corners   float[3 * corners]     points at all corners of KSQuads, the same to the bit where surfaces share them
+//           vertex_offsets, triangle_offsets, vertex_total, triangle_total  uint: where each KSQuad's begin, and how many
+// Writes    positions, normals  float[3 * vertices]  KSQuad after KSQuad, v fastest
+//           facing    uchar[vertices]        1: the dice that begins at this vertex stays; nothing where DICES is 0
+//           triangle_counts  uint [quads]    where DICES is 1
+//           triangles uint [3 * triangles]
+//           counts    uint [2]               vertices and triangles
+// Needs     nurbs/rpns/grid.cl
+// Plain     nurbs/rpns/sampling.py
+// Defines   WATERTIGHT (1: borders are shared), DICES (1: dices that face away are left out), UNIFORM, NORMALS, RATIONAL
+
+#if WATERTIGHT
+// vertices of one border of a grid: `places` apart from `first`, n segments; the border itself has m, turned or not
+static inline void rpns_border(__global float *positions, __global float *normals, const nurbs_surface *surface,
+    const float4 *curve, __global const float *span, const uint degree, const uint first, const uint apart, const uint n,
+    const float4 factor, const uint turned, const float3 low, const float3 high)
+{
+    const uint m = (uint)factor.x;
+    float3 before = NORMALS ? vload3(first, normals) : low;
+    for (uint begin = 1; begin < n; begin += 8) {
+        int at[8];
+        float points[3][8];
+        for (uint lane = 0; lane < 8; ++lane) {
+            const uint nearest = (2 * min(begin + lane, n) * m + n) / (2 * n);
+            at[lane] = (int)(turned ? m - nearest : nearest);
+        }
+        float8 x = (float8)(0.0f), y = x, z = x, w = x;
+        rpns_basis basis;
+        rpns_basis_at(&basis, span, rpns_place(vload8(0, at), factor.x, factor.yzw), degree);
+        for (uint l = 0; l <= degree; ++l) {
+            const float8 share = basis.values[l];
+            x = fma(share, (float8)(curve[l].x), x), y = fma(share, (float8)(curve[l].y), y);
+            z = fma(share, (float8)(curve[l].z), z);
+            if (RATIONAL) w = fma(share, (float8)(curve[l].w), w);
+        }
+        const float8 inverse = RATIONAL ? 1.0f / w : (float8)(1.0f);
+        vstore8(x * inverse + surface->origin.x, 0, points[0]);
+        vstore8(y * inverse + surface->origin.y, 0, points[1]);
+        vstore8(z * inverse + surface->origin.z, 0, points[2]);
+        for (uint lane = 0; lane < 8 && begin + lane < n; ++lane) {
+            const uint k = begin + lane, vertex = first + k * apart, own = turned ? m - at[lane] : at[lane];
+            const float3 inner = (float3)(points[0][lane], points[1][lane], points[2][lane]);
+            vstore3(own == 0 ? low : own == m ? high : inner, vertex, positions);
+#if NORMALS
+            // a vertex that moves has a normal between its own and its neighbour's
+            const float3 here = vload3(vertex, normals), after = vload3(vertex + apart, normals);
+            const int moved = (int)(own * n) - (int)(k * m); // in 1/m of a segment
+            const float share = (float)(moved < 0 ? -moved : moved) / (float)m;
+            if (moved && share < 1.0f) {
+                const float3 sum = here + share * ((moved > 0 ? after : before) - here);
+                const float square = sum.x * sum.x + sum.y * sum.y + sum.z * sum.z;
+                if (square > 1e-6f) vstore3(sum * (1.0f / sqrt(square)), vertex, normals);
+            }
+            before = here;
+#endif
+        }
+    }
+    vstore3(low, first, positions);
+    vstore3(high, first + n * apart, positions);
+}
+#endif
+
+#if DICES
+// three coordinates of eight vertices, the last of a row standing in for those past it
+static inline planes8 rpns_eight(__global const float *positions, const uint count)
+{
+    float lanes[3][8];
+    for (uint lane = 0; lane < 8; ++lane)
+        for (uint k = 0; k < 3; ++k) lanes[k][lane] = positions[3 * min(lane, count - 1) + k];
+    const planes8 found = {vload8(0, lanes[0]), vload8(0, lanes[1]), vload8(0, lanes[2])};
+    return found;
+}
+
+static inline float8 rpns_turn(const planes8 a, const planes8 b, const planes8 c)
+{
+    return a.x * (b.y * c.z - b.z * c.y) + a.y * (b.z * c.x - b.x * c.z) + a.z * (b.x * c.y - b.y * c.x);
+}
+
+// which dices of a grid have a triangle that faces the eye; how many
+static inline uint rpns_facing(__global const float *positions, __global uchar *facing, const uint u, const uint v, const float4 eye)
+{
+    uint found = 0;
+    for (uint i = 0; i < u; ++i)
+        for (uint j = 0; j < v; j += 8) {
+            const uint at = i * (v + 1) + j, count = min(v - j, 8u);
+            planes8 corner[4];
+            for (uint k = 0; k < 4; ++k) {
+                corner[k] = rpns_eight(positions + 3 * (at + (k == 1 || k == 2 ? v + 1 : 0) + (k > 1)), count);
+                corner[k].x -= eye.x, corner[k].y -= eye.y, corner[k].z -= eye.z;
+            }
+            const int8 seen = (rpns_turn(corner[0], corner[1], corner[2]) < 0.0f)
+                | (rpns_turn(corner[0], corner[2], corner[3]) < 0.0f);
+            int lanes[8];
+            vstore8(seen, 0, lanes);
+            for (uint k = 0; k < count; ++k) {
+                const uint stays = lanes[k] != 0 || !(eye.w > 0.0f);
+                facing[at + k] = (uchar)stays, found += stays;
+            }
+        }
+    return found;
+}
+#endif
+
+__kernel void rpns_dices_vertices(
+    __global const uint *restrict quads,
+    __global const uint *restrict edges,
+    __global const uint *restrict surfaces,
+    __global const float *restrict spans,
+    __global const float *restrict controls,
+    __global const float *restrict scales,
+    __global const float *restrict fives,
+    __global const float *restrict factors,
+    __global const float *restrict sizes,
+    __global const float *restrict corners,
+    __global const uint *restrict kept,
+    __global const uint *restrict total,
+    __global const uint *restrict vertex_offsets,
+    __global float *restrict positions,
+    __global float *restrict normals,
+    __global uchar *restrict facing,
+    __global uint *restrict triangle_counts,
+    const float4 eye, // w = 0: there is none
+    const uint quad_count,
+    const uint vertex_room)
+{
+    const uint slot = get_global_id(0);
+    if (slot >= min(total[0], quad_count)) return;
+
+    const float8 size = vload8(slot, sizes);
+    const uint u = (uint)size.s0, v = (uint)size.s1, first = vertex_offsets[slot], number = kept[slot];
+    if ((ulong)first + (ulong)(u + 1) * (v + 1) > vertex_room) return;
+
+    const uint16 quad = vload16(number, quads);
+    nurbs_surface surface;
+    nurbs_surface_of(&surface, surfaces + SURFACE_WORDS * quad.s0);
+    const nurbs_tables tables = {0, 0, controls, scales, spans, 0, 0};
+    const uint p = surface.p, q = surface.q, from = quad.s1 - surface.control;
+    const uint4 at_u = (uint4)(from / surface.control_columns, 0, 0, quad.s2);
+    const uint4 at_v = (uint4)(from % surface.control_columns, 0, 0, quad.s3);
+    __global float *points = positions + 3 * (size_t)first, *directions = normals + (NORMALS ? 3 * (size_t)first : 0);
+    __global const float *net = controls + 4 * (size_t)quad.s1;
+    const float scale = scales[number];
+    if (p == 3 && q == 3)
+        rpns_grid(points, directions, &surface, &tables, net, at_u, at_v, size, scale, 3, 3);
+    else
+        rpns_grid(points, directions, &surface, &tables, net, at_u, at_v, size, scale, p, q);
+#if WATERTIGHT
+    const uint names[4] = {quad.s4, quad.s5, quad.s6, quad.s7};
+    for (uint e = 0; e < 4; ++e) {
+        const uint8 edge = vload8(names[e] >> 1, edges);
+        nurbs_surface owner;
+        nurbs_surface_of(&owner, surfaces + SURFACE_WORDS * edge.s0);
+        const bool by_u = edge.s4;
+        const uint n = e < 2 ? v : u, columns = owner.control_columns, degree = by_u ? owner.p : owner.q;
+        const float3 low = vload3(quad.s8 + (e == 1 ? quad.s9 : e == 3), corners);
+        const float3 high = vload3(quad.s8 + (e == 0 ? 1 : e == 2 ? quad.s9 : quad.s9 + 1), corners);
+        float4 curve[8];
+        if (n > 1)
+            rpns_curve(curve, controls + 4 * (size_t)edge.s1, fives + 64 * (size_t)edge.s2, edge.s5,
+                by_u ? owner.q + 1 : owner.p + 1, by_u ? 1 : columns, degree + 1, by_u ? columns : 1);
+        rpns_border(points, directions, &owner, curve, spans + SPAN_FLOATS * (size_t)edge.s3, degree,
+            e == 1 ? u * (v + 1) : e == 3 ? v : 0, e < 2 ? 1 : v + 1, n, vload4(names[e] >> 1, factors), names[e] & 1, low, high);
+    }
+#endif
+#if DICES
+    triangle_counts[slot] = 2 * rpns_facing(points, facing + first, u, v, eye);
+#endif
+}
+
+__kernel void rpns_dices_triangles(
+    __global const float *restrict sizes,
+    __global const uint *restrict total,
+    __global const uint *restrict vertex_offsets,
+    __global const uint *restrict triangle_offsets,
+    __global const uint *restrict vertex_total,
+    __global const uint *restrict triangle_total,
+    __global const uchar *restrict facing,
+    __global uint *restrict triangles,
+    __global uint *restrict counts,
+    const uint quad_count,
+    const uint vertex_room,
+    const uint triangle_room)
+{
+    const uint slot = get_global_id(0);
+    const bool fits = vertex_total[0] <= vertex_room && triangle_total[0] <= triangle_room;
+    if (slot == 0) counts[0] = fits ? vertex_total[0] : 0, counts[1] = fits ? triangle_total[0] : 0;
+    if (!fits || slot >= min(total[0], quad_count)) return;
+
+    const uint u = (uint)sizes[8 * slot], v = (uint)sizes[8 * slot + 1], first = vertex_offsets[slot];
+    __global uint *out = triangles + 3 * (size_t)triangle_offsets[slot];
+    for (uint i = 0; i < u; ++i)
+        for (uint j = 0; j < v; ++j) {
+            const uint a = first + i * (v + 1) + j, b = a + v + 1;
+#if DICES
+            if (!facing[a]) continue;
+#endif
+            out[0] = a, out[1] = b, out[2] = b + 1, out[3] = a, out[4] = b + 1, out[5] = a + 1;
+            out += 6;
+        }
+}
