@@ -2,7 +2,7 @@
 //
 // Source    Concheiro 2013, sections 6.3 and 6.4.1 (dice culling); how borders of unlike numbers meet is a reconstruction:
 //           a grid has no fewer segments than its borders, and vertices on a border move to the nearest of its own
-// Work      1-D over KSQuads that stay
+// Work      1-D, each item as many of the KSQuads that stay, one after the other
 // Reads     quads, edges, surfaces, spans, controls, scales, fives, factors, sizes, kept, total: see nurbs/rpns/sampler.cl
 //           corners   float[3 * corners]     points at all corners of KSQuads, the same to the bit where surfaces share them
 //           vertex_offsets, triangle_offsets, vertex_total, triangle_total  uint: where each KSQuad's begin, and how many
@@ -17,24 +17,29 @@
 
 #if WATERTIGHT
 // vertices of one border of a grid: `places` apart from `first`, n segments; the border itself has m, turned or not
-static inline void rpns_border(__global float *positions, __global float *normals, const nurbs_surface *surface,
-    const float4 *curve, __global const float *span, const uint degree, const uint first, const uint apart, const uint n,
-    const float4 factor, const uint turned, const float3 low, const float3 high)
+static inline __attribute__((always_inline)) void rpns_border(__global float *positions, __global float *normals, const nurbs_surface *surface,
+    __global const float *net, __global const float *five, __global const float *span, const uint across, const uint degree,
+    const uint step, const uint stride, const uint first, const uint apart, const uint n, const float4 factor,
+    const uint turned, const float3 low, const float3 high)
 {
+    float4 curve[8];
+    if (n > 1) rpns_curve(curve, net, five, 0, across + 1, step, degree + 1, stride);
     const uint m = (uint)factor.x;
+    const float8 lanes = (float8)(0, 1, 2, 3, 4, 5, 6, 7);
     float3 before = NORMALS ? vload3(first, normals) : low;
     for (uint begin = 1; begin < n; begin += 8) {
         int at[8];
         float points[3][8];
-        for (uint lane = 0; lane < 8; ++lane) {
-            const uint nearest = (2 * min(begin + lane, n) * m + n) / (2 * n);
-            at[lane] = (int)(turned ? m - nearest : nearest);
-        }
+        const float8 k8 = fmin(lanes + (float)begin, (float8)((float)n)); // whole numbers below 2^24 all along
+        const int8 nearest8 = convert_int8((2.0f * factor.x * k8 + (float)n) / (float)(2 * n));
+        const int8 own8 = turned ? (int)m - nearest8 : nearest8;
+        vstore8(nearest8, 0, at);
         float8 x = (float8)(0.0f), y = x, z = x, w = x;
-        rpns_basis basis;
-        rpns_basis_at(&basis, span, rpns_place(vload8(0, at), factor.x, factor.yzw), degree);
+        float8 values[8], slopes[8];
+        const float8 t = rpns_place(own8, factor.x, factor.yzw);
+        nurbs_triangle8(values, slopes, span, t, 1.0f - t, degree);
         for (uint l = 0; l <= degree; ++l) {
-            const float8 share = basis.values[l];
+            const float8 share = values[degree - l];
             x = fma(share, (float8)(curve[l].x), x), y = fma(share, (float8)(curve[l].y), y);
             z = fma(share, (float8)(curve[l].z), z);
             if (RATIONAL) w = fma(share, (float8)(curve[l].w), w);
@@ -44,10 +49,11 @@ static inline void rpns_border(__global float *positions, __global float *normal
         vstore8(y * inverse + surface->origin.y, 0, points[1]);
         vstore8(z * inverse + surface->origin.z, 0, points[2]);
         for (uint lane = 0; lane < 8 && begin + lane < n; ++lane) {
-            const uint k = begin + lane, vertex = first + k * apart, own = turned ? m - at[lane] : at[lane];
+            const uint k = begin + lane, vertex = first + k * apart, own = (uint)at[lane];
             const float3 inner = (float3)(points[0][lane], points[1][lane], points[2][lane]);
             vstore3(own == 0 ? low : own == m ? high : inner, vertex, positions);
 #if NORMALS
+            if (m == n) continue;
             // a vertex that moves has a normal between its own and its neighbour's
             const float3 here = vload3(vertex, normals), after = vload3(vertex + apart, normals);
             const int moved = (int)(own * n) - (int)(k * m); // in 1/m of a segment
@@ -67,13 +73,22 @@ static inline void rpns_border(__global float *positions, __global float *normal
 #endif
 
 #if DICES
-// three coordinates of eight vertices, the last of a row standing in for those past it
-static inline planes8 rpns_eight(__global const float *positions, const uint count)
+// three coordinates of eight vertices from the eye; where there are fewer the last stands in
+static inline planes8 rpns_eight(__global const float *positions, const uint count, const float4 eye)
 {
-    float lanes[3][8];
-    for (uint lane = 0; lane < 8; ++lane)
-        for (uint k = 0; k < 3; ++k) lanes[k][lane] = positions[3 * min(lane, count - 1) + k];
-    const planes8 found = {vload8(0, lanes[0]), vload8(0, lanes[1]), vload8(0, lanes[2])};
+    planes8 found;
+    if (count >= 8) {
+        const float8 a = vload8(0, positions), b = vload8(1, positions), c = vload8(2, positions);
+        found.x = (float8)(a.s036, b.s147, c.s25);
+        found.y = (float8)(a.s147, b.s25, c.s036);
+        found.z = (float8)(a.s25, b.s036, c.s147);
+    } else {
+        float lanes[3][8];
+        for (uint lane = 0; lane < 8; ++lane)
+            for (uint k = 0; k < 3; ++k) lanes[k][lane] = positions[3 * min(lane, count - 1) + k];
+        found.x = vload8(0, lanes[0]), found.y = vload8(0, lanes[1]), found.z = vload8(0, lanes[2]);
+    }
+    found.x -= eye.x, found.y -= eye.y, found.z -= eye.z;
     return found;
 }
 
@@ -91,8 +106,8 @@ static inline uint rpns_facing(__global const float *positions, __global uchar *
             const uint at = i * (v + 1) + j, count = min(v - j, 8u);
             planes8 corner[4];
             for (uint k = 0; k < 4; ++k) {
-                corner[k] = rpns_eight(positions + 3 * (at + (k == 1 || k == 2 ? v + 1 : 0) + (k > 1)), count);
-                corner[k].x -= eye.x, corner[k].y -= eye.y, corner[k].z -= eye.z;
+                const uint vertex = at + (k == 1 || k == 2 ? v + 1 : 0) + (k > 1);
+                corner[k] = rpns_eight(positions + 3 * vertex, (u + 1) * (v + 1) - vertex, eye);
             }
             const int8 seen = (rpns_turn(corner[0], corner[1], corner[2]) < 0.0f)
                 | (rpns_turn(corner[0], corner[2], corner[3]) < 0.0f);
@@ -127,50 +142,57 @@ __kernel void rpns_dices_vertices(
     __global uint *restrict triangle_counts,
     const float4 eye, // w = 0: there is none
     const uint quad_count,
-    const uint vertex_room)
+    const uint vertex_room,
+    const uint item_count)
 {
-    const uint slot = get_global_id(0);
-    if (slot >= min(total[0], quad_count)) return;
+    const uint item = get_global_id(0), live = min(total[0], quad_count);
+    if (item >= item_count) return;
+    const uint end = (uint)((ulong)live * (item + 1) / item_count);
+    for (uint slot = (uint)((ulong)live * item / item_count); slot < end; ++slot) {
+        const float8 size = vload8(slot, sizes);
+        const uint u = (uint)size.s0, v = (uint)size.s1, first = vertex_offsets[slot], number = kept[slot];
+        if ((ulong)first + (ulong)(u + 1) * (v + 1) > vertex_room) continue;
 
-    const float8 size = vload8(slot, sizes);
-    const uint u = (uint)size.s0, v = (uint)size.s1, first = vertex_offsets[slot], number = kept[slot];
-    if ((ulong)first + (ulong)(u + 1) * (v + 1) > vertex_room) return;
-
-    const uint16 quad = vload16(number, quads);
-    nurbs_surface surface;
-    nurbs_surface_of(&surface, surfaces + SURFACE_WORDS * quad.s0);
-    const nurbs_tables tables = {0, 0, controls, scales, spans, 0, 0};
-    const uint p = surface.p, q = surface.q, from = quad.s1 - surface.control;
-    const uint4 at_u = (uint4)(from / surface.control_columns, 0, 0, quad.s2);
-    const uint4 at_v = (uint4)(from % surface.control_columns, 0, 0, quad.s3);
-    __global float *points = positions + 3 * (size_t)first, *directions = normals + (NORMALS ? 3 * (size_t)first : 0);
-    __global const float *net = controls + 4 * (size_t)quad.s1;
-    const float scale = scales[number];
-    if (p == 3 && q == 3)
-        rpns_grid(points, directions, &surface, &tables, net, at_u, at_v, size, scale, 3, 3);
-    else
-        rpns_grid(points, directions, &surface, &tables, net, at_u, at_v, size, scale, p, q);
+        const uint16 quad = vload16(number, quads);
+        nurbs_surface surface;
+        nurbs_surface_of(&surface, surfaces + SURFACE_WORDS * quad.s0);
+        const nurbs_tables tables = {0, 0, controls, scales, spans, 0, 0};
+        const uint p = surface.p, q = surface.q, from = quad.s1 - surface.control;
+        const uint4 at_u = (uint4)(from / surface.control_columns, 0, 0, quad.s2);
+        const uint4 at_v = (uint4)(from % surface.control_columns, 0, 0, quad.s3);
+        __global float *points = positions + 3 * (size_t)first, *directions = normals + (NORMALS ? 3 * (size_t)first : 0);
+        __global const float *net = controls + 4 * (size_t)quad.s1;
+        const float scale = scales[number];
+        if (p == 3 && q == 3)
+            rpns_grid(points, directions, &surface, &tables, net, at_u, at_v, size, scale, 3, 3);
+        else
+            rpns_grid(points, directions, &surface, &tables, net, at_u, at_v, size, scale, p, q);
 #if WATERTIGHT
-    const uint names[4] = {quad.s4, quad.s5, quad.s6, quad.s7};
-    for (uint e = 0; e < 4; ++e) {
-        const uint8 edge = vload8(names[e] >> 1, edges);
-        nurbs_surface owner;
-        nurbs_surface_of(&owner, surfaces + SURFACE_WORDS * edge.s0);
-        const bool by_u = edge.s4;
-        const uint n = e < 2 ? v : u, columns = owner.control_columns, degree = by_u ? owner.p : owner.q;
-        const float3 low = vload3(quad.s8 + (e == 1 ? quad.s9 : e == 3), corners);
-        const float3 high = vload3(quad.s8 + (e == 0 ? 1 : e == 2 ? quad.s9 : quad.s9 + 1), corners);
-        float4 curve[8];
-        if (n > 1)
-            rpns_curve(curve, controls + 4 * (size_t)edge.s1, fives + 64 * (size_t)edge.s2, edge.s5,
-                by_u ? owner.q + 1 : owner.p + 1, by_u ? 1 : columns, degree + 1, by_u ? columns : 1);
-        rpns_border(points, directions, &owner, curve, spans + SPAN_FLOATS * (size_t)edge.s3, degree,
-            e == 1 ? u * (v + 1) : e == 3 ? v : 0, e < 2 ? 1 : v + 1, n, vload4(names[e] >> 1, factors), names[e] & 1, low, high);
-    }
+        const uint names[4] = {quad.s4, quad.s5, quad.s6, quad.s7};
+        for (uint e = 0; e < 4; ++e) {
+            const uint8 edge = vload8(names[e] >> 1, edges);
+            nurbs_surface owner;
+            nurbs_surface_of(&owner, surfaces + SURFACE_WORDS * edge.s0);
+            const bool by_u = edge.s4;
+            const uint n = e < 2 ? v : u, columns = owner.control_columns, degree = by_u ? owner.p : owner.q;
+            const float3 low = vload3(quad.s8 + (e == 1 ? quad.s9 : e == 3), corners);
+            const float3 high = vload3(quad.s8 + (e == 0 ? 1 : e == 2 ? quad.s9 : quad.s9 + 1), corners);
+            const uint across = by_u ? owner.q : owner.p, place = e == 1 ? u * (v + 1) : e == 3 ? v : 0;
+            __global const float *own = controls + 4 * (size_t)edge.s1, *five = fives + 64 * (size_t)edge.s2 + edge.s5;
+            __global const float *span = spans + SPAN_FLOATS * (size_t)edge.s3;
+            const float4 factor = vload4(names[e] >> 1, factors);
+            const uint step = by_u ? 1 : columns, stride = by_u ? columns : 1, apart = e < 2 ? 1 : v + 1, turned = names[e] & 1;
+            if (across == 3 && degree == 3)
+                rpns_border(points, directions, &owner, own, five, span, 3, 3, step, stride, place, apart, n, factor, turned, low, high);
+            else
+                rpns_border(points, directions, &owner, own, five, span, across, degree, step, stride, place, apart, n, factor,
+                    turned, low, high);
+        }
 #endif
 #if DICES
-    triangle_counts[slot] = 2 * rpns_facing(points, facing + first, u, v, eye);
+        triangle_counts[slot] = 2 * rpns_facing(points, facing + first, u, v, eye);
 #endif
+    }
 }
 
 __kernel void rpns_dices_triangles(
@@ -185,22 +207,26 @@ __kernel void rpns_dices_triangles(
     __global uint *restrict counts,
     const uint quad_count,
     const uint vertex_room,
-    const uint triangle_room)
+    const uint triangle_room,
+    const uint item_count)
 {
-    const uint slot = get_global_id(0);
+    const uint item = get_global_id(0), live = min(total[0], quad_count);
+    if (item >= item_count) return;
     const bool fits = vertex_total[0] <= vertex_room && triangle_total[0] <= triangle_room;
-    if (slot == 0) counts[0] = fits ? vertex_total[0] : 0, counts[1] = fits ? triangle_total[0] : 0;
-    if (!fits || slot >= min(total[0], quad_count)) return;
-
-    const uint u = (uint)sizes[8 * slot], v = (uint)sizes[8 * slot + 1], first = vertex_offsets[slot];
-    __global uint *out = triangles + 3 * (size_t)triangle_offsets[slot];
-    for (uint i = 0; i < u; ++i)
-        for (uint j = 0; j < v; ++j) {
-            const uint a = first + i * (v + 1) + j, b = a + v + 1;
+    if (item == 0) counts[0] = fits ? vertex_total[0] : 0, counts[1] = fits ? triangle_total[0] : 0;
+    if (!fits) return;
+    const uint end = (uint)((ulong)live * (item + 1) / item_count);
+    for (uint slot = (uint)((ulong)live * item / item_count); slot < end; ++slot) {
+        const uint u = (uint)sizes[8 * slot], v = (uint)sizes[8 * slot + 1], first = vertex_offsets[slot];
+        __global uint *out = triangles + 3 * (size_t)triangle_offsets[slot];
+        for (uint i = 0; i < u; ++i)
+            for (uint j = 0; j < v; ++j) {
+                const uint a = first + i * (v + 1) + j, b = a + v + 1;
 #if DICES
-            if (!facing[a]) continue;
+                if (!facing[a]) continue;
 #endif
-            out[0] = a, out[1] = b, out[2] = b + 1, out[3] = a, out[4] = b + 1, out[5] = a + 1;
-            out += 6;
-        }
+                out[0] = a, out[1] = b, out[2] = b + 1, out[3] = a, out[4] = b + 1, out[5] = a + 1;
+                out += 6;
+            }
+    }
 }

@@ -55,7 +55,7 @@ static inline bool rpns_is_light(const uint k, const uint p)
     return p >= 3 ? k == (p - 1) / 2 || k == p / 2 : k == 0 || k == p - 1;
 }
 
-static inline int8 rpns_net_faces_away(const net8 *net, const float3 eye, const uint p, const uint q)
+static inline __attribute__((always_inline)) int8 rpns_net_faces_away(const net8 *net, const float3 eye, const uint p, const uint q)
 {
     int8 away = (int8)(-1);
     for (uint k = 0; k < p; ++k)
@@ -83,7 +83,7 @@ static inline bool rpns_any(const int8 lanes)
 }
 
 // X . (X_u x X_v) at the corners alone, but for positive factors: where one faces the eye, all is said
-static inline int8 rpns_corners_face_away(const net8 *net, const float3 eye, const uint p, const uint q)
+static inline __attribute__((always_inline)) int8 rpns_corners_face_away(const net8 *net, const float3 eye, const uint p, const uint q)
 {
     int8 away = (int8)(-1);
     for (uint k = 0; k <= p; k += p)
@@ -98,7 +98,7 @@ static inline int8 rpns_corners_face_away(const net8 *net, const float3 eye, con
 
 // the control points of a Bezier surface; X lies in the box of its control points, and so does its product with each of
 // those of X_u x X_v, which are summed times their binomial coefficients
-static inline int8 rpns_faces_away(
+static inline __attribute__((always_inline)) int8 rpns_faces_away(
     const net8 *net, const float3 eye, const uint p, const uint q, __global const float *choose)
 {
     int8 away = rpns_corners_face_away(net, eye, p, q);

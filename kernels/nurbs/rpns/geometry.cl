@@ -10,7 +10,7 @@
 //           choose    float[14 * 14]          binomial coefficients
 //           controls  float[4 * controls]     as nurbs/surface.cl has them
 // Writes    flags     uchar[quads]            1: it stays
-// Needs     nurbs/rpns/facing.cl
+// Needs     common/transpose.cl, nurbs/rpns/facing.cl
 // Plain     nurbs/rpns/reference.py
 // Defines   CULLING (0: none, 1: strong, 2: light, 3: certified)
 
@@ -18,6 +18,8 @@ static inline void rpns_add(net8 *sum, const float8 share, const net8 a)
 {
     sum->x += share * a.x, sum->y += share * a.y, sum->z += share * a.z, sum->w += share * a.w;
 }
+
+#define RPNS_TWO(lane) (float8)(vload4(columns_of[lane], c), vload4(columns_of[lane + 4], c))
 
 __kernel void rpns_geometry_cull(
     __global const uint *restrict octets,
@@ -43,17 +45,14 @@ __kernel void rpns_geometry_cull(
     if (CULLING > 0 && eye.w > 0.0f) {
         const float3 from = eye.xyz - as_float3(surface.sbcd);
         net8 net[64];
+        uint columns_of[8];
+        for (uint lane = 0; lane < 8; ++lane) columns_of[lane] = firsts[row.s3 + min(lane, count - 1)];
         for (uint k = 0; k <= p; ++k)
             for (uint l = 0; l <= q; ++l) {
-                float points[4][8];
-                for (uint lane = 0; lane < 8; ++lane) {
-                    const uint column = firsts[row.s3 + min(lane, count - 1)] + l;
-                    const float4 c = vload4(surface.s5 + (row.s1 + k) * columns + column, controls);
-                    points[0][lane] = c.x, points[1][lane] = c.y, points[2][lane] = c.z, points[3][lane] = c.w;
-                }
-                const net8 found = {
-                    vload8(0, points[0]), vload8(0, points[1]), vload8(0, points[2]), vload8(0, points[3])};
-                net[8 * k + l] = found;
+                __global const float *c = controls + 4 * (size_t)(surface.s5 + (row.s1 + k) * columns + l);
+                const fours8 found = transpose_fours(RPNS_TWO(0), RPNS_TWO(1), RPNS_TWO(2), RPNS_TWO(3));
+                const net8 planes = {found.x, found.y, found.z, found.w};
+                net[8 * k + l] = planes;
             }
         const float3 origin = as_float3(surface.sbcd);
         const int8 hidden = rpns_beside(net, origin, clip_x, clip_w, p, q) | rpns_beside(net, origin, clip_y, clip_w, p, q);
@@ -77,9 +76,11 @@ __kernel void rpns_geometry_cull(
                 for (uint a = 0; a <= p; ++a) rpns_add(&net[8 * a + b], share, half_way[8 * a + l]);
             }
         }
-        away = hidden | rpns_faces_away(net, from, p, q, choose);
+        away = hidden
+            | (p == 3 && q == 3 ? rpns_faces_away(net, from, 3, 3, choose) : rpns_faces_away(net, from, p, q, choose));
 #elif CULLING > 0
-        away = hidden | rpns_net_faces_away(net, from, p, q);
+        away = hidden
+            | (p == 3 && q == 3 ? rpns_net_faces_away(net, from, 3, 3) : rpns_net_faces_away(net, from, p, q));
 #endif
     }
     int lanes[8];

@@ -22,11 +22,12 @@ from lodbench.kernels.nurbs.tessellated import Tessellated, sampled
 from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.stages.camera import fit_box
 from lodbench.kernels.stages.compact import Compact
-from lodbench.kernels.stages.scan import ExclusiveScan
+from lodbench.kernels.stages.scan import ExclusiveScan, chunk_local
 from lodbench.kernels.subject import POINT, Step
 from lodbench.kernels.system import Check, DeviceSurface, Frame, View
 
 FIRST_VERTICES = 1 << 16  # that there is room for to begin with, where KSQuads adapt
+ITEMS = 256  # of a CPU, that share the KSQuads evenly
 SPARE = 1.25  # times the room that a frame needed
 BREAKS = (0.25, 0.5, 0.75)
 
@@ -184,14 +185,16 @@ class Rpns(Tessellated):
         self._facing = self.allocate("facing", vertices if params.dice_culling else 0, np.uint8)
         self._room = int(vertices), int(triangles)
         del self._steps[self._fixed :]
+        items = min(count, ITEMS) if self.device.is_cpu else count
         shared = {
             "sizes": self._sizes, "total": totals["total"], "facing": self._facing,
             "vertex_offsets": lists["vertex_offsets"], "quad_count": count, "vertex_room": vertices,
+            "item_count": items,
         }  # fmt: skip
         read = {name: self.buffers[name] for name in ("surfaces", "spans", "controls", "scales")}
-        local = group_size(self.device)
+        local = chunk_local(self.device)
         self._evaluate = self._program.launch(
-            "rpns_dices_vertices", count, stage="dices", local=local, quads=self._quads,
+            "rpns_dices_vertices", items, stage="dices", local=local, quads=self._quads,
             edges=self._read["edges"], fives=self._fives, factors=self._factors,
             corners=self.positions, kept=lists["kept"], positions=self._points,
             normals=self._directions, triangle_counts=lists["triangle_counts"],
@@ -201,7 +204,7 @@ class Rpns(Tessellated):
         self.add(self._evaluate, bytes=lambda own: size * own.live()[0])
         self._scan("triangle")
         emit = self._program.launch(
-            "rpns_dices_triangles", count, stage="emit", local=local,
+            "rpns_dices_triangles", items, stage="emit", local=local,
             triangle_offsets=lists["triangle_offsets"], vertex_total=totals["vertex_total"],
             triangle_total=totals["triangle_total"], triangles=self._triangle,
             counts=self._counts, triangle_room=triangles, **shared,
