@@ -4,14 +4,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 
 from lodbench.datasets_gen import catalogue, nurbs
 from lodbench.datasets_gen.nurbs_surface import NurbsModel
 from lodbench.kernels import tessellate_surface
+from lodbench.kernels.nurbs.borders import borders_of
+from lodbench.kernels.nurbs.reference import points_at
 from lodbench.kernels.nurbs.rpns import Params, Rpns
 from lodbench.kernels.nurbs.rpns.reference import visible
 from lodbench.kernels.nurbs.rpns.sampling import lengths, segments
-from lodbench.kernels.nurbs.samples import first_knots
+from lodbench.kernels.nurbs.samples import by_span
 from lodbench.kernels.nurbs.tolerance import diagonal
 from lodbench.kernels.stages.camera import fit_box, look_at, moved
 from lodbench.kernels.stages.raster import Raster
@@ -52,7 +55,7 @@ def open_edges(mesh):
     left = np.bincount(number.reshape(-1), sign) != 0
     ends = np.zeros((vertex.max() + 1, 3))
     ends[vertex.reshape(-1)] = mesh.positions
-    return ends[pairs[first[left]]]
+    return ends[pairs[first[left]]]  # (n, 2, 3)
 
 
 @pytest.mark.parametrize("sampling", ["adaptive", "non_uniform", "level", "one"])
@@ -84,11 +87,7 @@ def test_closed_models_are_drawn_without_a_hole(device, area):
 
 def shared_curves(model):
     """Points along borders that surfaces share, and along those of one alone."""
-    prepared_borders = []
-    from lodbench.kernels.nurbs.borders import borders_of
-    from lodbench.kernels.nurbs.reference import points_at
-    from lodbench.kernels.nurbs.samples import by_span
-
+    found = []
     borders = borders_of(model)
     uses = np.bincount(borders.owner.ravel(), minlength=borders.owner.size)
     for s, surface in enumerate(model.surfaces):
@@ -96,8 +95,8 @@ def shared_curves(model):
         for e in range(4):
             ends = (u.ends(e == 1), v) if e < 2 else (u, v.ends(e == 3))
             shared = uses[borders.owner[s, e]] > 1 or borders.collapsed[s, e]
-            prepared_borders.append((shared, points_at(surface, *ends).reshape(-1, 3)))
-    return [np.concatenate([np.zeros((0, 3)), *(p for s, p in prepared_borders if s == way)])
+            found.append((shared, points_at(surface, *ends).reshape(-1, 3)))
+    return [np.concatenate([np.zeros((0, 3)), *(p for s, p in found if s == way)])
             for way in (True, False)]  # fmt: skip
 
 
@@ -106,8 +105,6 @@ def test_no_background_shows_between_surfaces_that_share_borders(device, data_fo
     """Over a loud background, at five views and three areas, beside the same model cut very fine."""
     model = nurbs.quilt(2, 2, 3) if name == "quilt" else catalogue.load(name).surface.recentred()[0]
     if name == "killeroo":  # some surfaces, of those that share borders
-        from lodbench.kernels.nurbs.borders import borders_of
-
         owner = borders_of(model).owner
         uses = np.bincount(owner.ravel(), minlength=owner.size)[owner]
         model = NurbsModel(tuple(model.surfaces[s] for s in np.flatnonzero((uses > 1).any(1))[:12]))
@@ -137,12 +134,7 @@ def test_no_background_shows_between_surfaces_that_share_borders(device, data_fo
 
 def pixels(view, points):
     """Where points are in the image, (n, 2) whole numbers; far away what is behind the eye."""
-    x, y, _, w = (
-        np.column_stack([points, np.ones(len(points))])
-        @ view.world_to_clip.T[:, :].reshape(4, 4)[:, [0, 1, 2, 3]]
-        if False
-        else (view.world_to_clip @ np.column_stack([points, np.ones(len(points))]).T)
-    )
+    x, y, _, w = view.world_to_clip @ np.column_stack([points, np.ones(len(points))]).T
     w = np.where(w > 0, w, 1e-9)
     at = np.stack([(1 + x / w) * view.width / 2, (1 - y / w) * view.height / 2], axis=1)
     return np.unique(np.clip(at, -1e6, 1e6).astype(int), axis=0)
@@ -150,27 +142,20 @@ def pixels(view, points):
 
 def near(points, others, distance):
     """Is one of the others so near in the image?"""
-    from scipy.spatial import cKDTree
-
     if not len(others) or not len(points):
         return np.zeros(len(points), bool)
     return cKDTree(others).query(points)[0] <= distance
 
 
-def test_killeroo_has_open_edges_at_borders_of_its_own_alone(device, data_folder):
+def test_the_killeroo_is_open_where_its_surfaces_share_nothing(device, data_folder):
     model = catalogue.load("killeroo").surface.recentred()[0]
     _, alone = shared_curves(model)
-    view = fit_box(*model.box)
-    for area in AREAS:
-        mesh = made(device, model, view, pixel_area=area).result()[0]
-        from scipy.spatial import cKDTree
-
-        ends = open_edges(mesh).reshape(-1, 3)
-        assert cKDTree(alone).query(ends)[0].max() <= 5e-3 * diagonal(model)
-        break
+    mesh = made(device, model, fit_box(*model.box)).result()[0]
+    middles = open_edges(mesh).mean(axis=1)
+    assert len(middles) and cKDTree(alone).query(middles)[0].max() <= 5e-3 * diagonal(model)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(models(), st.integers(0, 9999), st.sampled_from(["adaptive", "non_uniform"]))
 def test_random_surfaces_are_cut_where_float64_says(device, model, seed, sampling):
     way = np.random.default_rng(seed).normal(size=3)
@@ -208,12 +193,13 @@ def test_as_many_segments_as_lengths_on_the_screen_ask_for(device, model):
 def test_dices_cover_no_more_than_they_may(device):
     view = fit_box(*BODY.box)
     for area in AREAS:
-        prepared = made(device, BODY, view, pixel_area=area)
+        prepared = made(device, BODY, view, pixel_area=area, level=8)
         (mesh,) = prepared.result()
         clip = np.column_stack([mesh.positions, np.ones(mesh.vertex_count)]) @ view.world_to_clip.T
         at = clip[:, :2] / clip[:, 3:] * (view.width / 2, view.height / 2)
         a, b, c = (at[mesh.triangles[:, k]] for k in range(3))
-        sizes = np.abs(np.cross(b - a, c - a)) / 2
+        (x, y), (z, w) = (b - a).T, (c - a).T
+        sizes = np.abs(x * w - y * z) / 2
         assert 0.1 * area <= np.median(2 * sizes[sizes > 0]) <= area
         assert np.quantile(2 * sizes, 0.95) <= 1.5 * area
 
@@ -232,28 +218,27 @@ def test_dice_culling_leaves_out_what_the_raster_would(device):
 
 
 def test_frames_that_overflow_grow_and_then_fit(device):
-    far, close = (small(look_at((0, 0, d), (0, 0, 0), up=(0, 1, 0))) for d in (60, 3))
-    prepared = made(device, TORUS, far, pixel_area=0.05)
+    far, close = (look_at((0, 0, d), (0, 0, 0), up=(0, 1, 0)) for d in (6, 1.5))
+    prepared = made(device, TORUS, far, level=7)
     before = prepared.output[0].vertex_count
     run(device, prepared, Frame(close))
     assert prepared.output[0].vertex_count > before and not prepared.overflowed()
     assert prepared.check().passed
-    expected = made(device, TORUS, close, pixel_area=0.05)
+    expected = made(device, TORUS, close, level=7)
     assert np.array_equal(prepared.result()[0].positions, expected.result()[0].positions)
     run(device, prepared, Frame(far))
-    again = made(device, TORUS, far, pixel_area=0.05)
+    again = made(device, TORUS, far, level=7)
     assert np.array_equal(prepared.result()[0].triangles, again.result()[0].triangles)
 
 
 def test_what_lies_beside_the_image_is_culled_and_nothing_seen_is(device):
-    for view in views(BODY, 4):
-        close = small(look_at(view.eye * 0.6, view.eye * 0.2))
+    for target in ((1, 0.3, 0), (-1, 0.5, 0.2)):  # from within the ring
+        view = small(look_at((0, 0, 0.2), target))
+        seen = visible(BODY, view)
         for culling in ("strong", "light", "certified"):
-            prepared = made(device, BODY, close, culling=culling)
-            seen = visible(BODY, close)
-            if culling == "certified":
-                assert not (seen[~prepared.kept()] > 0).any() and prepared.lost()[1:] == (0, 0.0)
-        assert prepared.kept().mean() < 0.8
+            prepared = made(device, BODY, view, culling=culling, level=3)
+            assert prepared.kept().mean() < 0.6
+        assert not (seen[~prepared.kept()] > 0).any() and prepared.lost()[1:] == (0, 0.0)
 
 
 def test_all_surfaces_are_parts_and_the_origin_is_kept(device):
@@ -275,9 +260,3 @@ def test_all_surfaces_are_parts_and_the_origin_is_kept(device):
     assert np.abs(at[1] - away - at[0]).max() <= 1e-5
     assert sum(len(p.triangles) for p in found[0].parts.values()) == found[0].mesh.triangle_count
     assert np.allclose(np.linalg.norm(found[0].mesh.normals, axis=1), 1, atol=1e-5)
-
-
-def test_knots_of_every_surface_begin_quads_of_their_own():
-    assert sum(
-        len(first_knots(s.knots_u)) * len(first_knots(s.knots_v)) for s in BODY.surfaces
-    ) == (BODY.span_count)
