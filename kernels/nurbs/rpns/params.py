@@ -27,6 +27,7 @@ class Params(NurbsParams):
         edges: "watertight", KSQuads that share a border have the same vertices there; or "tolerant", KSQuads on borders
             of surfaces have twice as many segments, and cracks are left to be smaller than a pixel.
         dice_culling: KSDices that face away are left out, too.
+        inside_out: surfaces are turned first. What faces the eye is told by S_u x S_v, which must point outwards.
     """
 
     per: Literal["span"] = "span"
@@ -35,6 +36,7 @@ class Params(NurbsParams):
     pixel_area: Annotated[float, Range(0.01, 1e6)] = 8.0
     edges: Literal["watertight", "tolerant"] = "watertight"
     dice_culling: bool = False
+    inside_out: bool = False
 
     @property
     def adapts(self) -> bool:
