@@ -27,7 +27,7 @@ from lodbench.kernels.system import Check, Frame, Stored, System, View, run
 
 __all__ = ["Params", "RpnsPicture", "SYSTEM"]
 
-FINE = rpns.Params(8, culling="none", sampling="adaptive", pixel_area=0.25)
+FINE = rpns.Params(culling="none", sampling="adaptive", pixel_area=0.25)
 MOST_PSNR = 99.0  # dB: equal pictures
 
 
@@ -104,9 +104,12 @@ class RpnsPicture(DeviceSubject):
         """
         device, model, view = self.device, self._model, self._view
         pixels, seen = self._raster.image(), self._raster.keys()[1] != EMPTY_ID
-        fine = drawn(device, model, FINE, view)
-        uncull = replace(self._params, culling="none", dice_culling=False)
-        whole = drawn(device, model, uncull, view)
+        same = {"inside_out": self._params.inside_out}
+        finer = replace(FINE, level=min(self._params.level + 1, 10), **same)
+        fine = drawn(device, model, finer, view)
+        whole = drawn(
+            device, model, replace(self._params, culling="none", dice_culling=False), view
+        )
         model_there = fine.seen | seen
         found: dict[str, Any] = dict(self._rpns.more_counters())
         found["psnr"] = min(psnr(pixels, fine.pixels), MOST_PSNR)

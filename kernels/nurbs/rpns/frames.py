@@ -77,13 +77,15 @@ class Frames(Tessellated):
     def _upload(self) -> None:
         tables, count = self._tables, self.quads
         with self.setup.host("upload"):
-            self._read = {
+            self._held = {
                 name: self.upload(name, getattr(tables, name), role="pattern")
                 for name in ("octets", "firsts", "beziers", "choose", "edges")
             }
             self._quads = self.upload("quads", tables.rows, role="pattern")
             self._fives = self.upload("fives", tables.fives, role="pattern")
-            factors = np.tile(np.float32([self._params.finest, *BREAKS]), (len(tables.edges), 1))
+            factors = np.tile(
+                np.array([self._params.finest, *BREAKS], np.float32), (len(tables.edges), 1)
+            )
             factors[tables.edges[:, 6] == COLLAPSED, 0] = 1
             self._factors = self.upload("factors", factors, role="scratch")
         self._flags = self.allocate("flags", count, np.uint8)
@@ -96,7 +98,7 @@ class Frames(Tessellated):
 
     def _add_geometry(self) -> None:
         """Which KSQuads stay."""
-        params, read = self._params, self._read
+        params, read = self._params, self._held
         with self.setup.host("build"):
             program = self.device.build(
                 "nurbs/rpns/geometry.cl", defines={"CULLING": CULLING.index(params.culling)}
@@ -140,7 +142,7 @@ class Frames(Tessellated):
             "screen_w": none, "side": float(np.sqrt(params.pixel_area)),
             "finest": float(params.finest),
         }  # fmt: skip
-        local, edges = group_size(self.device), self._read["edges"]
+        local, edges = group_size(self.device), self._held["edges"]
         self._sized = []
         if params.adapts:
             launch = self._program.launch(
@@ -193,7 +195,7 @@ class Frames(Tessellated):
         local = chunk_local(self.device)
         self._evaluate = self._program.launch(
             "rpns_dices_vertices", items, stage="dices", local=local, quads=self._quads,
-            edges=self._read["edges"], fives=self._fives, factors=self._factors,
+            edges=self._held["edges"], fives=self._fives, factors=self._factors,
             corners=self.positions, kept=lists["kept"], positions=self._points,
             normals=self._directions, triangle_counts=lists["triangle_counts"],
             eye=(0.0, 0.0, 0.0, 0.0), **read, **shared,

@@ -57,7 +57,7 @@ def segments(surface: NurbsSurface, view: View, params: Params) -> Numbers:
     return np.clip(np.ceil(np.minimum(wanted / side, params.finest)), 1, params.finest).astype(int)
 
 
-def place(k: Numbers, n: Doubles, breaks: Doubles, even: bool) -> Doubles:
+def place(k: Numbers, n: float, breaks: Doubles, even: bool) -> Doubles:
     """Where vertex k of n is, 0 to 1, (...,); breaks (..., 3) share out a side unless places are even."""
     share = k / n
     if even:
@@ -172,7 +172,7 @@ def judged(model: NurbsModel, found: Sampled, mesh: TriangleMesh) -> Check:
         ):
             k = np.arange(n + 1)
             b = np.tile(breaks.astype(np.float64), (n + 1, 1))
-            sides.append(Samples(np.full(n + 1, span), place(k, np.float64(n), b, even)))
+            sides.append(Samples(np.full(n + 1, span), place(k, float(n), b, even)))
         rows = slice(found.firsts[slot], found.firsts[slot + 1])
         shape = len(sides[0]), len(sides[1]), 3
         positions = mesh.positions[rows].reshape(shape)
@@ -211,7 +211,7 @@ def _border_points(
         nearest = (2 * np.arange(n + 1) * m + n) // (2 * n)
         k = m - nearest if name & 1 else nearest
         breaks = np.tile(found.factors[name >> 1, 1:].astype(np.float64), (n + 1, 1))
-        t = place(k, np.float64(m), breaks, even)
+        t = place(k, float(m), breaks, even)
         own = Samples(along.spans, 1 - t if name & 1 else t)
         end = across.ends(e % 2 == 1)
         at = (0, -1)[e % 2]

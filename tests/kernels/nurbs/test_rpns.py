@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lodbench.datasets_gen import catalogue, nurbs
-from lodbench.datasets_gen.nurbs_surface import NurbsModel
+from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
 from lodbench.kernels.nurbs.rpns import Params, Rpns
 from lodbench.kernels.nurbs.rpns.params import CULLING
 from lodbench.kernels.nurbs.rpns.reference import beside, faces_away, facing, visible
@@ -12,7 +12,7 @@ from lodbench.kernels.nurbs.uniform_nurbs import Params as UniformParams
 from lodbench.kernels.nurbs.uniform_nurbs import UniformNurbs
 from lodbench.kernels.stages.camera import fit_box, look_at
 from lodbench.kernels.system import Frame, run
-from tests.kernels.nurbs.surfaces import models
+from tests.kernels.nurbs.surfaces import models, random_surface
 from tests.kernels.nurbs.test_uniform_nurbs import MODELS
 
 BODY = nurbs.body(3, 4, (5, 6))
@@ -66,6 +66,26 @@ def test_certified_culling_loses_nothing_of_any_surface(device, model, seed, far
     kept = culled(device, model, view, "certified").kept()
     seen = [facing(s, view, samples=16).ravel() for s in model.surfaces]
     assert not (np.concatenate(seen)[~kept] > 0).any()
+
+
+def test_certified_culling_loses_nothing_of_ten_thousand_random_spans(device):
+    random, culled_spans = np.random.default_rng(7), 0
+    surfaces = []
+    for seed in range(25):
+        degrees = tuple(random.integers(1, 5, 2).tolist())
+        surface = random_surface(degrees, (20, 20), seed, rational=bool(seed % 2))
+        bend = surface.points * (1, 1, 0.15 * random.random()) + random.normal(0, 2, 3)
+        surfaces.append(NurbsSurface(
+            *degrees, surface.knots_u, surface.knots_v, bend, surface.weights
+        ))  # fmt: skip
+    model = NurbsModel(tuple(surfaces))
+    prepared = Rpns(device, model, Params(0, normals=False))
+    for view in views(model, 4):
+        run(device, prepared, Frame(view))
+        culled_quads, wrong, share = prepared.lost()
+        culled_spans += culled_quads
+        assert (wrong, share) == (0, 0.0)
+    assert model.span_count == 10_000 and culled_spans > 4_000
 
 
 @pytest.mark.parametrize("name", MODELS)
