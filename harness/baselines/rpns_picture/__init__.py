@@ -23,7 +23,7 @@ from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.camera import TABLE_SIZE
 from lodbench.kernels.stages.raster import EMPTY_ID, Raster, Side
 from lodbench.kernels.subject import DeviceSubject
-from lodbench.kernels.system import Check, Frame, Stored, System, View, run
+from lodbench.kernels.system import Check, Frame, Stored, System, Traffic, View, run
 
 __all__ = ["Params", "RpnsPicture", "SYSTEM"]
 
@@ -84,7 +84,20 @@ class RpnsPicture(DeviceSubject):
     def enqueue(self, frame: Frame, timeline: Timeline) -> None:
         """Draw the model whole, whatever the frame's view."""
         self.frame = Frame(self._view)
-        run(self.device, self._rpns, self.frame, self._raster)
+        self._rpns.enqueue(self.frame, timeline)
+        self._raster(self._rpns.output, self.frame, timeline)
+
+    def overflowed(self) -> bool:
+        """That of `rpns`."""
+        return self._rpns.overflowed()
+
+    def grow(self) -> None:
+        """That of `rpns`."""
+        self._rpns.grow()
+
+    def traffic(self) -> Mapping[str, Traffic]:
+        """That of `rpns`, without the drawing."""
+        return self._rpns.traffic()
 
     def live(self) -> tuple[int, int]:
         """Those that were drawn."""
@@ -130,6 +143,9 @@ SYSTEM = System[Params](
     source="Concheiro 2013, tables 6.7 to 6.10",
     takes=(NurbsModel,),
     prepare=RpnsPicture,
-    cases={"small": Params(3, sampling="adaptive", width=160, height=128)},
+    cases={
+        "table_size": Params(6, sampling="adaptive"),
+        "small": Params(3, sampling="adaptive", width=160, height=128),
+    },
     notes="rpns and its picture: PSNR against the same model cut very fine",
 )
