@@ -52,10 +52,10 @@ static inline __attribute__((always_inline)) void rpns_border(__global float *po
             if (m == n) continue;
             // a vertex that moves has a normal between its own and its neighbour's
             const float3 here = vload3(vertex, normals), after = vload3(vertex + apart, normals);
-            const int moved = (int)(own * n) - (int)(k * m); // in 1/m of a segment
-            const float share = (float)(moved < 0 ? -moved : moved) / (float)m;
-            if (moved && share < 1.0f) {
-                const float3 sum = here + share * ((moved > 0 ? after : before) - here);
+            const float moved = (float)(own * n) - (float)(k * m); // in 1/m of a segment
+            const float share = fabs(moved) / (float)m;
+            if (moved != 0.0f && share < 1.0f) {
+                const float3 sum = here + share * ((moved > 0.0f ? after : before) - here);
                 const float square = sum.x * sum.x + sum.y * sum.y + sum.z * sum.z;
                 if (square > 1e-6f) vstore3(sum * (1.0f / sqrt(square)), vertex, normals);
             }
