@@ -76,11 +76,12 @@ static inline float8 rpns_place(const int8 k, const float n, const float3 breaks
 #if UNIFORM
     return s;
 #else
-    const int8 second = s >= breaks.x, third = s >= breaks.y, fourth = s >= breaks.z;
-    const float8 zero = (float8)(0.0f), one = (float8)(1.0f);
-    const float8 low = fourth ? breaks.z * one : third ? breaks.y * one : second ? breaks.x * one : zero;
-    const float8 high = fourth ? one : third ? breaks.z * one : second ? breaks.y * one : breaks.x * one;
-    const float8 part = fourth ? 3.0f * one : third ? 2.0f * one : second ? one : zero;
+    const int8 second = s >= breaks.x, third = s >= breaks.y, fourth = s >= breaks.z; // Oclgrind nests no selections
+    const float8 low = as_float8((second & ~third & as_int(breaks.x)) | (third & ~fourth & as_int(breaks.y))
+        | (fourth & as_int(breaks.z)));
+    const float8 high = as_float8((~second & as_int(breaks.x)) | (second & ~third & as_int(breaks.y))
+        | (third & ~fourth & as_int(breaks.z)) | (fourth & as_int(1.0f)));
+    const float8 part = -convert_float8(second + third + fourth);
     return 0.25f * (part + (s - low) / (high - low));
 #endif
 }

@@ -54,6 +54,8 @@ class Frames(Tessellated):
                 f"level: expected at most 2**32 vertices in all, got {self._most.max():,}"
             )
         self._whole = fit_box(*model.box) if count else None
+        corners_of_box = np.array(np.meshgrid(*zip(*model.box, strict=True))).reshape(3, -1).T
+        self._ends = np.column_stack([corners_of_box, np.ones(8)])  # of what all lies between
         if not count:
             self.output = (replace(self.output[0], normals=None),)
             self.warm_up()
@@ -107,7 +109,7 @@ class Frames(Tessellated):
         self._cull = program.launch(
             "rpns_geometry_cull", len(self._tables.octets), stage="cull", local=group_size(self.device),
             surfaces=self.buffers["surfaces"], controls=self.buffers["controls"], flags=self._flags,
-            eye=none, clip_x=none, clip_y=none, clip_w=none, octet_count=len(self._tables.octets),
+            eye=none, clip_x=none, clip_y=none, clip_w=none, in_view=1, octet_count=len(self._tables.octets),
             **{name: read[name] for name in ("octets", "firsts", "beziers", "choose")},
         )  # fmt: skip
         self.add(self._cull, bytes=self.buffers["controls"].size_bytes + self.quads)
@@ -228,7 +230,9 @@ class Frames(Tessellated):
             clip = np.asarray(view.world_to_clip, np.float64)
             clip = clip / max(float(np.abs(clip[3]).max()), 1e-37)
             x, y, w = (tuple(map(float, clip[k])) for k in (0, 1, 3))
-            self._cull.set(eye=eye, clip_x=x, clip_y=y, clip_w=w)
+            ends = self._ends @ clip.T
+            inside = (np.abs(ends[:, :2]) <= 0.999 * ends[:, 3:]).all()
+            self._cull.set(eye=eye, clip_x=x, clip_y=y, clip_w=w, in_view=int(inside))
             x, y, w = screen_rows(view)
             for launch in self._sized:
                 launch.set(screen_x=x, screen_y=y, screen_w=w)

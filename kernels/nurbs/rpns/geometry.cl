@@ -19,6 +19,34 @@ static inline void rpns_add(net8 *sum, const float8 share, const net8 a)
     sum->x += share * a.x, sum->y += share * a.y, sum->z += share * a.z, sum->w += share * a.w;
 }
 
+#if CULLING == 3
+// can it be shown that KSQuads face away? Their nets become those of Bezier surfaces
+static inline int8 rpns_certified(net8 *net, const float3 from, __global const float *beziers, const uint8 row,
+    const uint p, const uint q, const uint count, __global const float *choose)
+{
+    const net8 none = {(float8)(0.0f), (float8)(0.0f), (float8)(0.0f), (float8)(0.0f)};
+    net8 half_way[64];
+    for (uint a = 0; a <= p; ++a)
+        for (uint l = 0; l <= q; ++l) {
+            net8 sum = none;
+            for (uint k = 0; k <= p; ++k)
+                rpns_add(&sum, (float8)(beziers[64 * row.s2 + 8 * a + k]), net[8 * k + l]);
+            half_way[8 * a + l] = sum;
+        }
+    for (uint b = 0; b <= q; ++b) {
+        for (uint a = 0; a <= p; ++a) net[8 * a + b] = none;
+        for (uint l = 0; l <= q; ++l) {
+            float shares[8];
+            for (uint lane = 0; lane < 8; ++lane)
+                shares[lane] = beziers[64 * (row.s3 + min(lane, count - 1)) + 8 * b + l];
+            const float8 share = vload8(0, shares);
+            for (uint a = 0; a <= p; ++a) rpns_add(&net[8 * a + b], share, half_way[8 * a + l]);
+        }
+    }
+    return p == 3 && q == 3 ? rpns_faces_away(net, from, 3, 3, choose) : rpns_faces_away(net, from, p, q, choose);
+}
+#endif
+
 #define RPNS_TWO(lane) (float8)(vload4(columns_of[lane], c), vload4(columns_of[lane + 4], c))
 
 __kernel void rpns_geometry_cull(
@@ -33,6 +61,7 @@ __kernel void rpns_geometry_cull(
     const float4 clip_x, // from a point to the image, whose sides are at -w and w
     const float4 clip_y,
     const float4 clip_w,
+    const uint in_view, // 1: all is within the image
     const uint octet_count)
 {
     const uint octet = get_global_id(0);
@@ -55,33 +84,15 @@ __kernel void rpns_geometry_cull(
                 net[8 * k + l] = planes;
             }
         const float3 origin = as_float3(surface.sbcd);
-        const int8 hidden = rpns_beside(net, origin, clip_x, clip_w, p, q) | rpns_beside(net, origin, clip_y, clip_w, p, q);
+        int8 hidden = (int8)(0);
+        if (in_view == 0) hidden = rpns_beside(net, origin, clip_x, clip_y, clip_w, p, q);
+        const bool light = CULLING > 1;
+        away = p == 3 && q == 3 ? rpns_net_faces_away(net, from, 3, 3, light) : rpns_net_faces_away(net, from, p, q, light);
 #if CULLING == 3
-        const net8 none = {(float8)(0.0f), (float8)(0.0f), (float8)(0.0f), (float8)(0.0f)};
-        net8 half_way[64];
-        for (uint a = 0; a <= p; ++a)
-            for (uint l = 0; l <= q; ++l) {
-                net8 sum = none;
-                for (uint k = 0; k <= p; ++k)
-                    rpns_add(&sum, (float8)(beziers[64 * row.s2 + 8 * a + k]), net[8 * k + l]);
-                half_way[8 * a + l] = sum;
-            }
-        for (uint b = 0; b <= q; ++b) {
-            for (uint a = 0; a <= p; ++a) net[8 * a + b] = none;
-            for (uint l = 0; l <= q; ++l) {
-                float shares[8];
-                for (uint lane = 0; lane < 8; ++lane)
-                    shares[lane] = beziers[64 * (row.s3 + min(lane, count - 1)) + 8 * b + l];
-                const float8 share = vload8(0, shares);
-                for (uint a = 0; a <= p; ++a) rpns_add(&net[8 * a + b], share, half_way[8 * a + l]);
-            }
-        }
-        away = hidden
-            | (p == 3 && q == 3 ? rpns_faces_away(net, from, 3, 3, choose) : rpns_faces_away(net, from, p, q, choose));
-#elif CULLING > 0
-        away = hidden
-            | (p == 3 && q == 3 ? rpns_net_faces_away(net, from, 3, 3) : rpns_net_faces_away(net, from, p, q));
+        // what the middle of the net does not make likely is not tried
+        if (rpns_any(away)) away = rpns_certified(net, from, beziers, row, p, q, count, choose);
 #endif
+        away |= hidden;
     }
     int lanes[8];
     vstore8(away, 0, lanes);
