@@ -14,11 +14,13 @@ GENERATED = ("rational_torus",)
 CULLING = ("none", "strong", "light", "certified")
 AREAS = (1, 8, 16)
 FINEST = 8
+OF_MANY_SPANS = {"killeroo": 6}
 
 
-def _subjects(inside_out: bool) -> tuple[Subject, ...]:
+def _subjects(name: str) -> tuple[Subject, ...]:
     def subject(label: str, **options: Any) -> Subject:
-        size = {"level": FINEST, "sampling": "adaptive", "inside_out": inside_out}
+        finest = OF_MANY_SPANS.get(name, FINEST)
+        size = {"level": finest, "sampling": "adaptive", "inside_out": name in INSIDE_OUT}
         return Subject("rpns_picture", size | options, label)
 
     return (
@@ -39,7 +41,7 @@ def groups(quick: bool) -> list[Group]:
     return [
         Group(
             name,
-            _subjects(name in INSIDE_OUT),
+            _subjects(name),
             {"scene": name},
             once=True,
             standin_ok=name == "killeroo",
