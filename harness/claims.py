@@ -98,6 +98,43 @@ CLAIMS = (
         note="a CPU has one memory for both: what is measured is the call of a sampler for each control point",
     ),
     Claim(
+        "rc13_strong_culling",
+        "strong quad culling makes whole frames faster than without culling",
+        "Concheiro 2013, chapter 6; GRAPP 2016",
+        (
+            Comparison(
+                Pick("rpns", {"culling": "strong"}), Pick("rpns", {"culling": "none"}), least=1.0
+            ),
+        ),
+        published="up to 2.37 times, of deformable models",
+        note="every group with both, whatever the dices",
+    ),
+    Claim(
+        "rc13_light_culling",
+        "light quad culling makes whole frames faster than without culling",
+        "Concheiro 2013, chapter 6; GRAPP 2016",
+        (
+            Comparison(
+                Pick("rpns", {"culling": "light"}), Pick("rpns", {"culling": "none"}), least=1.0
+            ),
+        ),
+        published="up to 2.86 times, of deformable models",
+        note="every group with both, whatever the dices",
+    ),
+    Claim(
+        "rc13_stair",
+        "basis functions as sums of products are faster than by the recursion",
+        "Concheiro 2013, section 6.5 (stair strategy)",
+        (
+            Comparison(
+                Pick("uniform_nurbs", {"basis": "stair"}),
+                Pick("uniform_nurbs", {"basis": "cox_de_boor"}),
+                least=1.0,
+            ),
+        ),
+        note="whole tessellations: basis functions are evaluated once for a row and a column of a grid",
+    ),
+    Claim(
         "gmr05_rate",
         "refinement patterns draw as fast as a static vertex buffer of the refined mesh",
         "Boubekeur & Schlick 2005, section 5, figure 7",

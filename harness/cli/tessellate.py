@@ -133,7 +133,9 @@ def tessellate(
     opened = Device.open(device)
     started = time.perf_counter()
     if view:
-        options["view"] = view_of(view, finest(surface))
+        curved = isinstance(surface, NurbsModel)  # whose spans may be many
+        whole = tessellate_surface(opened, surface, level=4).mesh if curved else finest(surface)
+        options["view"] = view_of(view, whole)
     result = tessellate_surface(
         opened,
         surface,
