@@ -67,6 +67,7 @@ TABLE = Table(
         Column("pixels_changed", "pixels that culling changes", brief=True),
         Column("pixels_seen", "pixels of the model"),
         Column("quads_lost", "KSQuads culled in error"),
+        Column("wall_s", "one frame", "s"),
         Column("visible_lost", "of the visible samples", "1", brief=True),
         *STATUS_COLUMNS,
     ),
