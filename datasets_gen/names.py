@@ -33,6 +33,7 @@ NURBS = (
     "rational_cylinder", "rational_ball", "rational_torus", "mixed_degrees", "bicubic_12",
     "quilt_4",
     "killeroo_standin",
+    *(f"sheets_degree_{degree}" for degree in range(1, 8)),
 )  # fmt: skip
 FOLDERS = {
     "meshes": (".ply", ".obj", ".stl", ".off", ".gltf", ".glb"),

@@ -120,4 +120,8 @@ NURBS: dict[str, tuple[Callable[[], NurbsModel], str]] = {
     "bicubic_12": (partial(nurbs.quilt, 1, 1, 9), "1 bicubic surface of 12 x 12 control points"),
     "quilt_4": (partial(nurbs.quilt, 2, 2, 8), "4 bicubic surfaces, 256 knot spans"),
     "killeroo_standin": (nurbs.body, "in place of killeroo: 88 bicubic surfaces, closed"),
+    **{
+        f"sheets_degree_{p}": (partial(nurbs.sheets, p), f"256 surfaces of degree {p} x {p}")
+        for p in range(1, 8)
+    },
 }

@@ -18,6 +18,8 @@ PREFERRED = {
     "tessellate": ("vst", "uniform_nurbs"),
 }
 """Where no method is named, the first of these that takes the surface."""
+BY_SCREEN = {"tessellate": ("vst", "rpns")}
+"""Likewise, where what is asked for depends on what is seen."""
 
 
 @cache
@@ -44,7 +46,9 @@ def _answering(verb: str) -> Iterator[System[Any]]:
             yield system
 
 
-def method(verb: str, name: str | None, surface: Any) -> Callable[..., Result]:
+def method(
+    verb: str, name: str | None, surface: Any, by_screen: bool = False
+) -> Callable[..., Result]:
     """The function that does `verb` to `surface`: that of the system `name`, or of the preferred one.
 
     Raises:
@@ -52,7 +56,8 @@ def method(verb: str, name: str | None, surface: Any) -> Callable[..., Result]:
         TypeError: the system, or every one, takes other surfaces.
     """
     kind = type(surface).__name__
-    for preferred in PREFERRED[verb] if name is None else (name,):
+    known = BY_SCREEN if by_screen else PREFERRED
+    for preferred in known[verb] if name is None else (name,):
         system = declared(preferred)
         if system is None or verb not in system.verbs:
             able = ", ".join(system.name for system in _answering(verb))

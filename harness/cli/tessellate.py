@@ -126,9 +126,8 @@ def tessellate(
     options: dict[str, Any] = {} if tolerance is None else {"tolerance": tolerance}
     if pixel_area is not None:
         options["pixel_area"] = pixel_area
-    if method is None and isinstance(surface, NurbsModel) and (view or pixel_area is not None):
-        method = "rpns"
-    if level is not None or method != "rpns":
+    by_screen = isinstance(surface, NurbsModel) and (view is not None or pixel_area is not None)
+    if level is not None or not by_screen:
         options["level"] = 4 if level is None else level
     opened = Device.open(device)
     started = time.perf_counter()

@@ -79,7 +79,8 @@ class Group:
     from, where it is not the run's; `path`: what is drawn apart is seen from along it, every frame recorded;
     `reference`: label of a refinement against which the others are compared, at the same parameters of the same
     pattern, or, with `nearest`, by how far its vertices are from them; `focus`: where `quality` is measured once more,
-    apart from the rest.
+    apart from the rest; `warm`: each sample follows at once on a frame of the same subject that is not timed, so that
+    the caches hold what it left there and its threads are awake, as in a loop of frames, and not what others left.
     """
 
     dataset: str
@@ -95,6 +96,7 @@ class Group:
     reference: str | None = None
     nearest: bool = False
     focus: Focus | None = None
+    warm: bool = False
 
     @property
     def judged(self) -> bool:
@@ -121,6 +123,7 @@ class Group:
             **({} if self.reference is None else {"reference": self.reference}),
             **({"nearest": True} if self.nearest else {}),
             **({} if self.focus is None else {"focus": plain(self.focus)}),
+            **({"warm": True} if self.warm else {}),
             "subjects": [
                 {
                     "label": subject.name,

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 
 from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
-from lodbench.kernels.bezier.level_places import screen_rows
 from lodbench.kernels.launching import group_size
 from lodbench.kernels.nurbs.params import BASES
 from lodbench.kernels.nurbs.rpns.params import CULLING, Params
 from lodbench.kernels.nurbs.rpns.quads import COLLAPSED, quads_of
 from lodbench.kernels.nurbs.tessellated import Tessellated, sampled
 from lodbench.kernels.opencl import Device, Timeline
-from lodbench.kernels.stages.camera import fit_box
+from lodbench.kernels.stages.camera import fit_box, pixel_rows
 from lodbench.kernels.stages.compact import Compact
 from lodbench.kernels.stages.scan import ExclusiveScan, chunk_local
 from lodbench.kernels.subject import POINT, Step
@@ -233,7 +232,7 @@ class Frames(Tessellated):
             ends = self._ends @ clip.T
             inside = (np.abs(ends[:, :2]) <= 0.999 * ends[:, 3:]).all()
             self._cull.set(eye=eye, clip_x=x, clip_y=y, clip_w=w, in_view=int(inside))
-            x, y, w = screen_rows(view)
+            x, y, w = pixel_rows(view)
             for launch in self._sized:
                 launch.set(screen_x=x, screen_y=y, screen_w=w)
             self._seen = frame.view

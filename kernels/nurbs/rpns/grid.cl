@@ -11,6 +11,10 @@
 
 #pragma OPENCL FP_CONTRACT OFF
 
+#define RPNS_ADD(sum, w, point)                                                                                        \
+    (sum).x = fma(w, (float8)((point).x), (sum).x), (sum).y = fma(w, (float8)((point).y), (sum).y),                    \
+    (sum).z = fma(w, (float8)((point).z), (sum).z)
+
 typedef struct {
     float8 values[8], slopes[8]; // by control point, and by difference of two
 } rpns_basis;
@@ -62,7 +66,7 @@ static inline int8 rpns_row(planes8 *point, planes8 *unit, __global const float 
     planes8 sum = {zero, zero, zero};
     float8 weight = zero;
     for (uint l = 0; l <= q; ++l) {
-        NURBS_ADD(sum, along->values[l], curve[l]);
+        RPNS_ADD(sum, along->values[l], curve[l]);
         if (RATIONAL) weight = fma(along->values[l], (float8)(curve[l].w), weight);
     }
 #if RATIONAL
@@ -75,12 +79,12 @@ static inline int8 rpns_row(planes8 *point, planes8 *unit, __global const float 
     planes8 a = {zero, zero, zero}, b = {zero, zero, zero};
     float8 aw = zero, bw = zero;
     for (uint l = 0; l <= q; ++l) {
-        NURBS_ADD(a, along->values[l], turned[l]);
+        RPNS_ADD(a, along->values[l], turned[l]);
         if (RATIONAL) aw = fma(along->values[l], (float8)(turned[l].w), aw);
     }
     for (uint l = 0; l < q; ++l) {
         const float4 difference = (curve[l + 1] - curve[l]) * scale;
-        NURBS_ADD(b, along->slopes[l], difference);
+        RPNS_ADD(b, along->slopes[l], difference);
         if (RATIONAL) bw = fma(along->slopes[l], (float8)(difference.w), bw);
     }
 #if RATIONAL

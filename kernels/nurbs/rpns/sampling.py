@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.nurbs_surface import Doubles, NurbsModel, NurbsSurface
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
-from lodbench.kernels.bezier.level_places import screen_rows
 from lodbench.kernels.nurbs.judged import NORMAL_LIMIT, POSITION_LIMIT
 from lodbench.kernels.nurbs.reference import normals_at, points_at
 from lodbench.kernels.nurbs.rpns.params import Params
 from lodbench.kernels.nurbs.rpns.quads import Quads
 from lodbench.kernels.nurbs.samples import Numbers, Samples, first_knots
+from lodbench.kernels.stages.camera import pixel_rows
 from lodbench.kernels.system import Check, View
 
 CHECKED = 200  # KSQuads that a check looks at
@@ -36,7 +36,7 @@ def lengths(surface: NurbsSurface, view: View) -> tuple[Doubles, Doubles]:
         t = np.tile(np.arange(5) / 4, spans)
         sides.append(Samples(np.repeat(np.arange(spans), 5), t))
     points = points_at(surface, *sides)
-    x, y, w = (points @ np.array(row[:3]) + row[3] for row in screen_rows(view))
+    x, y, w = (points @ np.array(row[:3]) + row[3] for row in pixel_rows(view))
     with np.errstate(all="ignore"):
         screen = np.where(
             (w > NEAREST_W)[..., None], np.stack([x, y], axis=-1) / w[..., None], np.inf
