@@ -25,14 +25,17 @@ Winners join two rings, and between rounds vertices and rings are copied to the 
 edge whose rings did not change keeps its cost, or that it may not go; where they changed, one that was far above the
 quantile is not asked again yet. The last round takes the cheapest of its winners.
 
-`collapses` gives the collapses in a valid order, and `replay` any level of detail out of these.
+In the end vertices move to where they fit the input best (`fit.py`).
+
+`collapses` gives the collapses in a valid order, and `replay` any level of detail out of these; the last one is fitted.
 
 Source: Garland & Heckbert, Surface Simplification Using Quadric Error Metrics, SIGGRAPH 97 (section 6 for border
 planes); quadrics of the current mesh and volume after Lindstrom & Turk, Fast and Memory Efficient Polygonal
 Simplification, 1998; link condition of Dey, Edelsbrunner, Guha & Nekhayev 1999. Blocks, the shared threshold, shifts
 and quotas are of our own design, and so are the rounds; the constants of blocks were chosen on bunny_closed_70k,
 armadillo_86k, rocker_arm, mountain_od and a sphere, those of rounds on fandisk, armadillo_86k, dragon_100k,
-mountain_od, mechpart_g3, rocker_arm, kitten_g1 and cheburashka.
+mountain_od, mechpart_g3, rocker_arm, kitten_g1 and cheburashka, and those of the fit on fandisk, mechpart_g3,
+rocker_arm and mountain_od.
 """
 
 from __future__ import annotations
@@ -58,6 +61,7 @@ SYSTEM = System(
         "blocks": Params(target_reduction=0.5, block=64),
         "rounds": Params(target_reduction=0.7, form="rounds"),
         "bound": Params(target_reduction=0.7, max_error=0.3),
+        "as_collapsed": Params(target_reduction=0.9, fit=False),
         "border": Params(target_reduction=0.7, block=100, preserve_border=True, crease_angle=30.0),
     },
     verbs={"simplify": simplify},

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.edge_collapse.bound import Limit
 from lodbench.kernels.cluster.edge_collapse.curve import first_of, hilberts
+from lodbench.kernels.cluster.edge_collapse.fit import FILES as FIT_FILES
+from lodbench.kernels.cluster.edge_collapse.fit import Fit, Input
 from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.edge_collapse.sweeps import (
     APART,
@@ -35,9 +37,12 @@ from lodbench.kernels.subject import POINT, WORD, DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface, Frame
 from lodbench.kernels.targets import missed
 
-FILES = tuple(
-    f"cluster/edge_collapse/{name}.cl"
-    for name in ("setup", "sort", "plan", "geometry", "vertex", "emit")
+FILES = (
+    tuple(
+        f"cluster/edge_collapse/{name}.cl"
+        for name in ("setup", "sort", "plan", "geometry", "vertex", "emit")
+    )
+    + FIT_FILES
 )
 BINS = 512  # of costs, see state.cl
 STATE = 16  # words
@@ -67,6 +72,7 @@ class EdgeCollapse(DeviceSubject):
     Attributes:
         target: triangles that may be left.
         mesh: what is simplified.
+        fit: the last step, if there is one.
         files, defines: what its kernels are built of.
     """
 
@@ -82,6 +88,7 @@ class EdgeCollapse(DeviceSubject):
         recorded: bool = False,
         limit: Limit | None = None,
         held: NDArray[np.float64] | None = None,
+        to: Input | None = None,
     ) -> None:
         super().__init__(upload.device, upload.setup)
         self.mesh, self.params, self.target = upload.mesh, params, target
@@ -100,6 +107,10 @@ class EdgeCollapse(DeviceSubject):
         self._setup(upload, locked)
         self._sweeps(upload)
         self._emit(upload)
+        self.fit: Fit | None = None
+        if params.fit:
+            to = to or Input(upload.positions, upload.triangles)
+            self.fit = Fit(self, to)  # pyright: ignore[reportArgumentType]
         surface = DeviceSurface(
             positions=self.vertices_out, normals=None, triangles=self.survivors,
             vertex_count=self._vertices, triangle_count=self._triangles, counts=self.counts,
@@ -116,6 +127,12 @@ class EdgeCollapse(DeviceSubject):
         """A launch of one item per chunk of `count` rows."""
         chunks = chunk_count(self.device, count)
         return self._launch(kernel, chunks, chunk_count=chunks, **arguments)
+
+    def fitting(self, kernel: str, items: int, known: Mapping[str, Any]) -> Launch:
+        """A launch of `fit.py`, of one item per chunk, with those arguments that the kernel has."""
+        name, known = f"edge_collapse_fit_{kernel}", {**known, "chunk_count": items}
+        wanted = [parameter.name for parameter in self._program.kernels[name]]
+        return self._launch(f"fit_{kernel}", items, **{name: known[name] for name in wanted})
 
     def _setup(self, upload: Upload, locked: NDArray[np.bool_] | None) -> None:
         """The working copies, made anew in every frame."""
@@ -299,12 +316,18 @@ class EdgeCollapse(DeviceSubject):
         if self._map_out is not None:
             self.live()
             return self._vertex_map
+        if self.fit is not None:
+            self.live()
+            return self.device.read(self.fit.vertex_map)
         launch, result = self._mapping()
         launch(Timeline())
         return self.device.read(result)
 
     def map_vertices(self) -> None:
         """Have each frame fill `vertex_map` too: read with its counts, it needs no wait of its own."""
+        if self.fit is not None:
+            self._map_out = self.fit.vertex_map
+            return
         launch, self._map_out = self._mapping()
         self.add(launch)
 

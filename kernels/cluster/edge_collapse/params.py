@@ -33,6 +33,7 @@ class Params(Target):
         crease_angle: degrees between the normals of two triangles from which on their edge is held like a border; None
             holds folds alone, from 120 on, from which thin parts would shrink: no plane of theirs is across. Creases
             are held by their own planes, so that a smaller angle helps where they are faint.
+        fit: in the end vertices move to where they fit the input best (`fit.py`); it costs little.
         normal_weight: the share of the diagonal that a change of 1 counts as, where normals do not change evenly
             (`penalties.py`); 0 lets them count for nothing, 0.01 is a little, 0.1 much.
         uv_weight: the same of texture coordinates.
@@ -48,6 +49,7 @@ class Params(Target):
     border_weight: Annotated[float, Range(0, 1e6)] = 1.0
     preserve_border: bool = False
     crease_angle: Annotated[float, Range(0, 180, open="high")] | None = None
+    fit: bool = True
     normal_weight: Annotated[float, Range(0, 1e3)] = 0.0
     uv_weight: Annotated[float, Range(0, 1e3)] = 0.0
     colour_weight: Annotated[float, Range(0, 1e3)] = 0.0

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.edge_collapse.bound import Limit, within_bound
+from lodbench.kernels.cluster.edge_collapse.fit import Input
 from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse
 from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.edge_collapse.penalties import penalties, weighted
@@ -25,6 +26,7 @@ def prepare(
     recorded: bool = False,
     place: NDArray[np.intp] | None = None,
     of: TriangleMesh | None = None,
+    to: Input | None = None,
 ) -> EdgeCollapse | Unchanged:
     """The mesh uploaded and a frame ready to run; the mesh itself where all of its triangles may stay.
 
@@ -38,6 +40,7 @@ def prepare(
         recorded: note the collapses, for `replay.py`.
         place: with `of`, see `penalties`; None: the mesh has its attributes itself.
         of: the mesh with the attributes.
+        to: what vertices are fitted to in the end; None: the mesh.
 
     Raises:
         Unsupported: no room on the device.
@@ -57,7 +60,7 @@ def prepare(
             held = penalties(mesh if of is None else of, places, params)
 
     def make(limit: Limit | None = None) -> EdgeCollapse:
-        return form(upload, params, target, locked, recorded, limit, held)
+        return form(upload, params, target, locked, recorded, limit, held, to)
 
     if params.max_error is None:
         return make()

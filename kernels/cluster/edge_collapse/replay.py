@@ -32,6 +32,8 @@ class Collapses:
         kept: (k,) uint32, the vertex that it went to.
         places: (k, 3) float32, where that one lies since then, model units.
         triangles: (k,) int64, how many are left then.
+        fitted: float32, the vertices after the last collapse where they were fitted to the input then, (vertices, 3);
+            places are those of the collapses themselves. None where they were not.
     """
 
     mesh: TriangleMesh
@@ -39,6 +41,7 @@ class Collapses:
     kept: NDArray[np.uint32]
     places: Floats
     triangles: NDArray[np.int64]
+    fitted: Floats | None = None
 
 
 def collapses(device: Device, mesh: TriangleMesh, **options: Any) -> Collapses:
@@ -56,11 +59,15 @@ def collapses(device: Device, mesh: TriangleMesh, **options: Any) -> Collapses:
     gone = gone[np.lexsort(keys[gone].T[::-1])]
     places = np.clip(moves[gone, :3] * np.float32(prepared.unscale), -LARGEST, LARGEST)
     left = len(_whole(given.triangles)) - np.cumsum(moves[gone, 3].astype(np.int64))
-    return Collapses(given, gone.astype(np.uint32), parents[gone], places, left)
+    fitted = prepared.result()[0].positions if prepared.fit is not None else None
+    return Collapses(given, gone.astype(np.uint32), parents[gone], places, left, fitted)
 
 
 def replay(made: Collapses, count: int) -> TriangleMesh:
     """The mesh of at most `count` triangles, or as few as there are at the end of the collapses.
+
+    Where vertices are fitted to the input (`fit` of the Params) that is so of the last level alone, which is then what
+    `simplify` gives; those before it are as collapses left them.
 
     Vertices are numbered in the input's order, triangles are in it too; those that name a vertex twice are left out.
 
@@ -79,13 +86,14 @@ def replay(made: Collapses, count: int) -> TriangleMesh:
     while not np.array_equal(above := root[root], root):
         root = above
     # the last of a vertex's moves is the one that counts
-    kept, last = np.unique(made.kept[:done][::-1], return_index=True)
+    kept, latest = np.unique(made.kept[:done][::-1], return_index=True)
     positions = mesh.positions.copy()
-    positions[kept] = made.places[:done][::-1][last]
+    positions[kept] = made.places[:done][::-1][latest]
     rows = _whole(root[_whole(mesh.triangles)].reshape(-1, 3))
     used, triangles = np.unique(rows, return_inverse=True)
     triangles = triangles.reshape(-1, 3).astype(np.uint32)
-    return replace(mesh, positions=positions[used], triangles=triangles)
+    last = made.fitted if done == len(made.gone) > 0 else None
+    return replace(mesh, positions=positions[used] if last is None else last, triangles=triangles)
 
 
 def _whole(triangles: Indices) -> Indices:

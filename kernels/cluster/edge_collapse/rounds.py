@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from lodbench.kernels.cluster.edge_collapse.fit import FILES as FIT_FILES
 from lodbench.kernels.cluster.edge_collapse.host import BINS, EdgeCollapse
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.opencl import Buffer, Launch, Timeline
@@ -20,7 +21,7 @@ FILES = tuple(
         "setup", "vertex", "rounds_ends", "rounds_vertex", "rounds_geometry", "rounds_select",
         "rounds_apply", "rounds_compact", "emit",
     )
-)  # fmt: skip
+) + FIT_FILES  # fmt: skip
 PASSES = 3  # selections from the costs of one round, as in rounds_state.cl
 SHARE = 0.1  # of the edges that may go in a round
 RATE = 0.1  # of the triangles that go in one, about

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster import octree, quadric_clustering
 from lodbench.kernels.cluster.clustering import Clustering
+from lodbench.kernels.cluster.edge_collapse.fit import Input
 from lodbench.kernels.cluster.edge_collapse.host import EdgeCollapse
 from lodbench.kernels.cluster.edge_collapse.prepare import prepare as edge_collapse
 from lodbench.kernels.cluster.edge_collapse.verdict import verdict
@@ -54,6 +55,7 @@ class Hybrid(DeviceSubject):
         self.target = params.left(mesh.triangle_count)
         self.first: Joined | None = None
         self.tries = 0
+        self._to: Input | None = None
         if warm:
             self.warm_up()
 
@@ -63,7 +65,7 @@ class Hybrid(DeviceSubject):
         self.first = self._first(timeline)
         mesh = self.mesh if self.first is None else self.first.mesh
         params = self.params.collapse(max(self.target, 1))
-        self.second = edge_collapse(self.device, mesh, params, self._locked())
+        self.second = edge_collapse(self.device, mesh, params, self._locked(), to=self._to)
         self.second.enqueue(frame, timeline)
         self.output = self.second.output
         self._enqueued = self.second._enqueued  # pyright: ignore[reportPrivateUsage]
@@ -71,7 +73,7 @@ class Hybrid(DeviceSubject):
     def _first(self, timeline: Timeline) -> Joined | None:
         """What a clustering leaves that is the surface it was; None where that would save nothing."""
         mesh, wanted = self.mesh, self.params.coarse(self.mesh.triangle_count)
-        self.tries = 0
+        self.tries, self._to = 0, None
         while 0 < wanted < mesh.triangle_count:
             self.tries += 1
             clustered = self._clustered(wanted)
@@ -79,12 +81,14 @@ class Hybrid(DeviceSubject):
                 return None
             clustered.enqueue(Frame(), timeline)
             simplified, vertex_map = clustered.read_back()
-            _, triangles = clustered.given
+            positions, triangles = clustered.given
             with timeline.host("join"):
                 found = joined(
                     self.device, triangles, mesh.positions, simplified, vertex_map, self.locked
                 )
                 if not found.surface or self._same(triangles, found):
+                    vertex_map = self.device.upload("first", found.vertex_map, lent=True)
+                    self._to = Input(positions, triangles, vertex_map)
                     return found
             params = replace(self.params, factor=FINER * wanted / max(self.target, 1))
             wanted = params.coarse(mesh.triangle_count)
@@ -128,6 +132,10 @@ class Hybrid(DeviceSubject):
 
     def vertex_map(self) -> NDArray[np.uint32]:
         """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where no triangle has it."""
+        fit = getattr(self.second, "fit", None)
+        if fit is not None:
+            self.live()
+            return self.device.read(fit.whole_map)
         found = self.second.vertex_map()
         if self.first is None:
             return found

@@ -25,6 +25,7 @@ class Params(Target):
         normal_limit: degrees by which no triangle may turn in one collapse.
         preserve_border: leave border vertices where they are.
         crease_angle: see edge_collapse.
+        fit: in the end vertices move to where they fit the input best, as in edge_collapse.
     """
 
     first: First = "grid"
@@ -32,12 +33,13 @@ class Params(Target):
     normal_limit: Annotated[float, Range(0, 90, open="low")] = 80.0
     preserve_border: bool = False
     crease_angle: Annotated[float, Range(0, 180, open="high")] | None = None
+    fit: bool = True
 
     def collapse(self, target: int) -> EdgeParams:
         """Of the second stage."""
         return EdgeParams(
             target_count=target, normal_limit=self.normal_limit,
-            preserve_border=self.preserve_border, crease_angle=self.crease_angle,
+            preserve_border=self.preserve_border, crease_angle=self.crease_angle, fit=self.fit,
         )  # fmt: skip
 
     def left(self, triangle_count: int) -> int:

@@ -172,7 +172,9 @@ def test_borders_creases_and_locks_hold(device):
     roof = tent()
 
     def off(**options):
-        result = simplify(device, roof, target_count=120, border_weight=10.0, **ROUNDS, **options)
+        result = simplify(
+            device, roof, target_count=120, border_weight=10.0, fit=False, **ROUNDS, **options
+        )
         ridge = result.vertex_map[np.flatnonzero(roof.positions[:, 0] == 0.5)]
         return np.abs(result.mesh.positions[ridge, 0] - 0.5).mean()
 
