@@ -122,7 +122,9 @@ def body(rows: int = 8, columns: int = 11, spans: tuple[int, int] = (12, 11)) ->
         0.35 + 0.08 * np.sin(3 * b) + 0.04 * np.cos(4 * a + 2 * b) + 0.015 * np.sin(9 * a - 7 * b)
     )
     out = 1 + thick * np.cos(a)
-    net = np.stack([out * np.cos(b), (1 + 0.3 * np.sin(b)) * out * np.sin(b), thick * np.sin(a)], 2)
+    net = np.stack(
+        [out * np.cos(b), (1 + 0.3 * np.sin(b)) * out * np.sin(b), -thick * np.sin(a)], 2
+    )
     for axis, side in enumerate(sides):  # to the bit: rows past the end are those of the beginning
         net = np.moveaxis(net, axis, 0)
         net[side:] = net[:3]

@@ -214,7 +214,8 @@ def tessellate_surface(
     if method is not None:
         check("method", method, str)
     surface = _curved(surface)
-    chosen = verbs.method("tessellate", method, surface)
+    by_screen = options.get("view") is not None or "pixel_area" in options
+    chosen = verbs.method("tessellate", method, surface, by_screen)
     return chosen(open_device(device), surface, **options)
 
 

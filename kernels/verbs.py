@@ -18,6 +18,8 @@ PREFERRED = {
     "tessellate": ("vst", "uniform_nurbs"),
 }
 """Where no method is named, the first of these that takes the surface."""
+BY_SCREEN = {"tessellate": ("vst", "rpns")}
+"""Likewise, where what is asked for depends on what is seen."""
 
 
 @cache
@@ -44,7 +46,7 @@ def _answering(verb: str) -> Iterator[System[Any]]:
             yield system
 
 
-def answering(verb: str, name: str | None, surface: Any) -> System[Any]:
+def answering(verb: str, name: str | None, surface: Any, by_screen: bool = False) -> System[Any]:
     """The system that does `verb` to `surface`: that of this name, or the preferred one.
 
     Raises:
@@ -52,7 +54,8 @@ def answering(verb: str, name: str | None, surface: Any) -> System[Any]:
         TypeError: the system, or every one, takes other surfaces.
     """
     kind = type(surface).__name__
-    for preferred in PREFERRED[verb] if name is None else (name,):
+    known = BY_SCREEN if by_screen else PREFERRED
+    for preferred in known[verb] if name is None else (name,):
         system = declared(preferred)
         if system is None or verb not in system.verbs:
             able = ", ".join(system.name for system in _answering(verb))
@@ -65,9 +68,11 @@ def answering(verb: str, name: str | None, surface: Any) -> System[Any]:
     raise TypeError(f"method: expected {able} for a {kind}, got {name or 'none'}")
 
 
-def method(verb: str, name: str | None, surface: Any) -> Callable[..., Result]:
+def method(
+    verb: str, name: str | None, surface: Any, by_screen: bool = False
+) -> Callable[..., Result]:
     """The function with which `answering` does that; its errors are the same."""
-    return answering(verb, name, surface).verbs[verb]
+    return answering(verb, name, surface, by_screen).verbs[verb]
 
 
 def streaming(name: str | None) -> Callable[..., Left]:

@@ -97,6 +97,7 @@ NAMING = {
     "lodbench.harness.distributed",
     "lodbench.harness.report.adaptive_tessellations",
     "lodbench.harness.report.chains",
+    "lodbench.harness.report.dices",
     "lodbench.harness.report.distances",
     "lodbench.harness.report.octrees",
     "lodbench.harness.report.refinements",

@@ -34,16 +34,25 @@ def tessellate(
     ],
     out: OutArgument,
     level: Annotated[
-        int,
+        int | None,
         typer.Option(
-            "--level", "-n", help="2^level segments along each side of a patch or surface."
+            "--level",
+            "-n",
+            help="2^level segments along each side of a patch or surface; default 4. By pixels: the most of a span, 6.",
         ),
-    ] = 4,
+    ] = None,
     tolerance: Annotated[
         float | None,
         typer.Option(
             "--tolerance",
             help="In place of a level: largest distance to NURBS surfaces, as a share of the box's diagonal.",
+        ),
+    ] = None,
+    pixel_area: Annotated[
+        float | None,
+        typer.Option(
+            "--pixel-area",
+            help="In place of a level: pixels that a cell of NURBS surfaces may cover, as --view sees them, or whole.",
         ),
     ] = None,
     method: Annotated[
@@ -59,8 +68,8 @@ def tessellate(
         str | None,
         typer.Option(
             "--view",
-            help="AZIMUTH,ELEVATION as of render's --camera, or X,Y,Z of an eye: each patch as fine as it needs, up to "
-            "--level; -s pixels=8 is how long a segment may be.",
+            help="AZIMUTH,ELEVATION as of render's --camera, or X,Y,Z of an eye: each patch or span as fine as it "
+            "needs, up to --level; -s pixels=8, for NURBS --pixel-area 8, says how fine.",
         ),
     ] = None,
     settings: OwnOption = None,
@@ -75,9 +84,11 @@ def tessellate(
     Example: lodbench tessellate pot_32 pot.glb --level 4
 
     Seen from there: lodbench tessellate pot_32 near.glb --level 6 --view 30,20
+
+    NURBS by pixels: lodbench tessellate rational_torus near.glb --pixel-area 8 --view 30,20
     """
     from lodbench.datasets_gen.finest import finest
-    from lodbench.datasets_gen.surfaces import BezierPatches
+    from lodbench.datasets_gen.surfaces import NurbsModel
     from lodbench.harness.cli.warp import view_of
     from lodbench.kernels import Device, tessellate_surface
 
@@ -86,21 +97,23 @@ def tessellate(
     surface = read_curved(source)
     for note in getattr(surface, "notes", ()):
         say(f"note: {source}: {note}", err=True)
-    near = {} if tolerance is None else {"tolerance": tolerance}
+    options: dict[str, Any] = {} if tolerance is None else {"tolerance": tolerance}
+    if pixel_area is not None:
+        options["pixel_area"] = pixel_area
+    by_screen = isinstance(surface, NurbsModel) and (view is not None or pixel_area is not None)
+    if level is not None or not by_screen:
+        options["level"] = 4 if level is None else level
     opened = Device.open(device)
     started = time.perf_counter()
-    options: dict[str, Any] = {}
     if view:
-        if not isinstance(surface, BezierPatches):
-            raise ValueError(f"--view: expected Bezier patches, got {type(surface).__name__}")
-        options["view"] = view_of(view, finest(surface))
+        curved = isinstance(surface, NurbsModel)  # whose spans may be many
+        whole = tessellate_surface(opened, surface, level=4).mesh if curved else finest(surface)
+        options["view"] = view_of(view, whole)
     result = tessellate_surface(
         opened,
         surface,
-        level=level,
         method=method,
         weld=weld,
-        **near,
         **options,
         **parameters(settings),
     )

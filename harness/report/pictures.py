@@ -15,6 +15,7 @@ from lodbench.harness.record.record import RunRecord, read_run, write_json
 from lodbench.harness.report import chains, compared
 from lodbench.harness.report.adaptive_tessellations import adaptive_pictures
 from lodbench.harness.report.amounts import rounded
+from lodbench.harness.report.dices import dice_pictures
 from lodbench.harness.report.distances import DRAWN_FROM, distance_pictures
 from lodbench.harness.report.methods import method_pictures
 from lodbench.harness.report.octrees import octree_pictures
@@ -67,6 +68,7 @@ def write_pictures(folder: Path, device: Device) -> list[dict[str, Any]]:
         refinement_pictures(record, SIZE, device),
         tessellation_pictures(record, SIZE, device),
         adaptive_pictures(record, SIZE, device),
+        dice_pictures(record, SIZE, device),
         _datasets(record, device),
     ):
         write_png(images / picture["file"], pixels)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -12,16 +11,7 @@ from lodbench.kernels.bezier import borders
 from lodbench.kernels.bezier.arrangement import Arrangement
 from lodbench.kernels.bezier.reference import Doubles, normals_at, points_at
 from lodbench.kernels.bezier.tessellated import CHECKED, NORMAL_LIMIT, POSITION_LIMIT
-from lodbench.kernels.system import Check, View
-
-
-def screen_rows(view: View) -> tuple[Any, Any, Any]:
-    """Four numbers each that bring (x, y, z, 1) to pixels times w, and to w."""
-    clip = np.asarray(view.world_to_clip, np.float64)
-    rows = clip[0] * view.width / 2, clip[1] * view.height / 2, clip[3]
-    scale = max(float(np.abs(clip[3]).max()), 1e-37)
-    x, y, w = (tuple((row / scale).tolist()) for row in rows)
-    return x, y, w
+from lodbench.kernels.system import Check
 
 
 def edge_levels(found: borders.Borders, levels: borders.Numbers) -> borders.Numbers:

@@ -21,7 +21,6 @@ from lodbench.kernels.bezier.level_places import (
     border_places,
     edge_levels,
     judged,
-    screen_rows,
     snapped_vertices,
 )
 from lodbench.kernels.bezier.sources import normal_sources
@@ -34,6 +33,7 @@ from lodbench.kernels.bezier.tessellated import (
 )
 from lodbench.kernels.launching import group_size
 from lodbench.kernels.opencl import Buffer, Device, Launch
+from lodbench.kernels.stages.camera import pixel_rows
 from lodbench.kernels.stages.scan import ExclusiveScan
 from lodbench.kernels.subject import POINT, DeviceSubject, Step
 from lodbench.kernels.system import Check, DeviceSurface, Frame, View
@@ -202,7 +202,7 @@ class Leveled(DeviceSubject):
     def steps(self, frame: Frame) -> Sequence[Step]:
         """Levels by the frame's view: without one, all the finest."""
         if frame.view is not self._seen:
-            rows = ((0.0,) * 4,) * 3 if frame.view is None else screen_rows(frame.view)
+            rows = ((0.0,) * 4,) * 3 if frame.view is None else pixel_rows(frame.view)
             x, y, w = rows
             self._choosing.set(screen_x=x, screen_y=y, screen_w=w)
             self._seen = frame.view

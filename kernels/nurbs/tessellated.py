@@ -153,7 +153,12 @@ class Tessellated(DeviceSubject):
         return POINT * (1 + self._params.normals)
 
     def finish(self) -> None:
-        """The last steps of a frame, what vertices on shared borders have in common; then one frame to warm up."""
+        """The last steps of a frame, and then one frame to warm up."""
+        self.share()
+        self.warm_up()
+
+    def share(self) -> None:
+        """The steps that give vertices on shared borders what they have in common."""
         found = self.shared
         pairs = np.stack([found.vertices, found.roots], axis=1).astype(np.uint32)
         wanted = [(pairs, self.positions)]
@@ -171,7 +176,6 @@ class Tessellated(DeviceSubject):
                 pairs=held, normals=buffer, pair_count=len(rows),
             )  # fmt: skip
             self.add(launch, bytes=(8 + 2 * POINT) * len(rows))
-        self.warm_up()
 
     # afterwards
 

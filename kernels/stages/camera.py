@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -258,3 +259,12 @@ def to_screen(view: View) -> NDArray[np.float32]:
         shift = min(shift + ROOM, FARTHEST - int(np.frexp(np.abs(rows).max())[1]))
         rows = np.ldexp(rows, shift)
     return rows.astype(np.float32).ravel()
+
+
+def pixel_rows(view: View) -> tuple[Any, Any, Any]:
+    """Four numbers each that bring (x, y, z, 1) to pixels times w, and to w."""
+    clip = np.asarray(view.world_to_clip, np.float64)
+    rows = clip[0] * view.width / 2, clip[1] * view.height / 2, clip[3]
+    scale = max(float(np.abs(clip[3]).max()), 1e-37)
+    x, y, w = (tuple((row / scale).tolist()) for row in rows)
+    return x, y, w

@@ -52,7 +52,7 @@ def test_what_no_system_does_is_said_in_one_line():
         verbs.method("refine", "vertex_average", icosphere(1))
     with pytest.raises(TypeError, match="expected quadtree_lod for a GeometryImage, got vertex_av"):
         verbs.method("simplify", "vertex_average", image())
-    with pytest.raises(TypeError, match="method: expected uniform_nurbs for a NurbsModel, got vst"):
+    with pytest.raises(TypeError, match="method: expected rpns, uniform_nurbs for a NurbsModel"):
         verbs.method("tessellate", "vst", ball())
     with pytest.raises(
         TypeError, match="tessellate: expected a surface that some system takes, got"

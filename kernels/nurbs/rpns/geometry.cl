@@ -1,7 +1,7 @@
-// The geometry stage: which KSQuads face away from the eye, eight of a row at a time; then triangles of those that stay.
+// The geometry stage: which KSQuads are beside the image or face away from the eye, eight of a row at a time.
 //
 // Source    Concheiro 2013, section 6.4.2
-// Work      cull: 1-D, one item per octet of KSQuads; emit: 1-D, one item per KSQuad that stays
+// Work      1-D, one item per octet of KSQuads
 // Reads     octets    uint [8 * octet_count]  surface, first control row, record of u, record of the first v, how many,
 //                                             first KSQuad
 //           surfaces  uint [16 * surfaces]    as nurbs/surface.cl has them
@@ -9,13 +9,8 @@
 //           beziers   float[64 * records]     from the control points of a span to those of its Bezier curve, 8 x 8
 //           choose    float[14 * 14]          binomial coefficients
 //           controls  float[4 * controls]     as nurbs/surface.cl has them
-//           kept      uint [quads]            KSQuads that stay, in order
-//           total     uint [1]                how many
-//           places    uint [2 * quads]        first vertex, and columns of the grid
 // Writes    flags     uchar[quads]            1: it stays
-//           triangles uint [3 * triangles]    2 segments^2 of each KSQuad that stays
-//           counts    uint [2]                vertices, all of them, and triangles
-// Needs     nurbs/rpns/facing.cl
+// Needs     common/transpose.cl, nurbs/rpns/facing.cl
 // Plain     nurbs/rpns/reference.py
 // Defines   CULLING (0: none, 1: strong, 2: light, 3: certified)
 
@@ -23,6 +18,36 @@ static inline void rpns_add(net8 *sum, const float8 share, const net8 a)
 {
     sum->x += share * a.x, sum->y += share * a.y, sum->z += share * a.z, sum->w += share * a.w;
 }
+
+#if CULLING == 3
+// can it be shown that KSQuads face away? Their nets become those of Bezier surfaces
+static inline int8 rpns_certified(net8 *net, const float3 from, __global const float *beziers, const uint8 row,
+    const uint p, const uint q, const uint count, __global const float *choose)
+{
+    const net8 none = {(float8)(0.0f), (float8)(0.0f), (float8)(0.0f), (float8)(0.0f)};
+    net8 half_way[64];
+    for (uint a = 0; a <= p; ++a)
+        for (uint l = 0; l <= q; ++l) {
+            net8 sum = none;
+            for (uint k = 0; k <= p; ++k)
+                rpns_add(&sum, (float8)(beziers[64 * row.s2 + 8 * a + k]), net[8 * k + l]);
+            half_way[8 * a + l] = sum;
+        }
+    for (uint b = 0; b <= q; ++b) {
+        for (uint a = 0; a <= p; ++a) net[8 * a + b] = none;
+        for (uint l = 0; l <= q; ++l) {
+            float shares[8];
+            for (uint lane = 0; lane < 8; ++lane)
+                shares[lane] = beziers[64 * (row.s3 + min(lane, count - 1)) + 8 * b + l];
+            const float8 share = vload8(0, shares);
+            for (uint a = 0; a <= p; ++a) rpns_add(&net[8 * a + b], share, half_way[8 * a + l]);
+        }
+    }
+    return p == 3 && q == 3 ? rpns_faces_away(net, from, 3, 3, choose) : rpns_faces_away(net, from, p, q, choose);
+}
+#endif
+
+#define RPNS_TWO(lane) (float8)(vload4(columns_of[lane], c), vload4(columns_of[lane + 4], c))
 
 __kernel void rpns_geometry_cull(
     __global const uint *restrict octets,
@@ -32,7 +57,11 @@ __kernel void rpns_geometry_cull(
     __global const float *restrict choose,
     __global const float *restrict controls,
     __global uchar *restrict flags,
-    const float4 eye,               // w = 0: there is none, and all stay
+    const float4 eye,    // w = 0: there is none, and all stay
+    const float4 clip_x, // from a point to the image, whose sides are at -w and w
+    const float4 clip_y,
+    const float4 clip_w,
+    const uint in_view, // 1: all is within the image
     const uint octet_count)
 {
     const uint octet = get_global_id(0);
@@ -45,68 +74,27 @@ __kernel void rpns_geometry_cull(
     if (CULLING > 0 && eye.w > 0.0f) {
         const float3 from = eye.xyz - as_float3(surface.sbcd);
         net8 net[64];
+        uint columns_of[8];
+        for (uint lane = 0; lane < 8; ++lane) columns_of[lane] = firsts[row.s3 + min(lane, count - 1)];
         for (uint k = 0; k <= p; ++k)
             for (uint l = 0; l <= q; ++l) {
-                float points[4][8];
-                for (uint lane = 0; lane < 8; ++lane) {
-                    const uint column = firsts[row.s3 + min(lane, count - 1)] + l;
-                    const float4 c = vload4(surface.s5 + (row.s1 + k) * columns + column, controls);
-                    points[0][lane] = c.x, points[1][lane] = c.y, points[2][lane] = c.z, points[3][lane] = c.w;
-                }
-                const net8 found = {
-                    vload8(0, points[0]), vload8(0, points[1]), vload8(0, points[2]), vload8(0, points[3])};
-                net[8 * k + l] = found;
+                __global const float *c = controls + 4 * (size_t)(surface.s5 + (row.s1 + k) * columns + l);
+                const fours8 found = transpose_fours(RPNS_TWO(0), RPNS_TWO(1), RPNS_TWO(2), RPNS_TWO(3));
+                const net8 planes = {found.x, found.y, found.z, found.w};
+                net[8 * k + l] = planes;
             }
+        const float3 origin = as_float3(surface.sbcd);
+        int8 hidden = (int8)(0);
+        if (in_view == 0) hidden = rpns_beside(net, origin, clip_x, clip_y, clip_w, p, q);
+        const bool light = CULLING > 1;
+        away = p == 3 && q == 3 ? rpns_net_faces_away(net, from, 3, 3, light) : rpns_net_faces_away(net, from, p, q, light);
 #if CULLING == 3
-        const net8 none = {(float8)(0.0f), (float8)(0.0f), (float8)(0.0f), (float8)(0.0f)};
-        net8 half_way[64];
-        for (uint a = 0; a <= p; ++a)
-            for (uint l = 0; l <= q; ++l) {
-                net8 sum = none;
-                for (uint k = 0; k <= p; ++k)
-                    rpns_add(&sum, (float8)(beziers[64 * row.s2 + 8 * a + k]), net[8 * k + l]);
-                half_way[8 * a + l] = sum;
-            }
-        for (uint b = 0; b <= q; ++b) {
-            for (uint a = 0; a <= p; ++a) net[8 * a + b] = none;
-            for (uint l = 0; l <= q; ++l) {
-                float shares[8];
-                for (uint lane = 0; lane < 8; ++lane)
-                    shares[lane] = beziers[64 * (row.s3 + min(lane, count - 1)) + 8 * b + l];
-                const float8 share = vload8(0, shares);
-                for (uint a = 0; a <= p; ++a) rpns_add(&net[8 * a + b], share, half_way[8 * a + l]);
-            }
-        }
-        away = rpns_faces_away(net, from, p, q, choose);
-#elif CULLING > 0
-        away = rpns_net_faces_away(net, from, p, q);
+        // what the middle of the net does not make likely is not tried
+        if (rpns_any(away)) away = rpns_certified(net, from, beziers, row, p, q, count, choose);
 #endif
+        away |= hidden;
     }
     int lanes[8];
     vstore8(away, 0, lanes);
     for (uint lane = 0; lane < count; ++lane) flags[row.s5 + lane] = lanes[lane] ? 0 : 1;
-}
-
-__kernel void rpns_geometry_emit(
-    __global const uint *restrict kept,
-    __global const uint *restrict total,
-    __global const uint *restrict places,
-    __global uint *restrict triangles,
-    __global uint *restrict counts,
-    const uint segments,
-    const uint vertex_count,
-    const uint quad_count)
-{
-    const uint slot = get_global_id(0);
-    const uint each = 2 * segments * segments;
-    if (slot == 0) counts[0] = vertex_count, counts[1] = min(total[0], quad_count) * each;
-    if (slot >= min(total[0], quad_count)) return;
-
-    const uint first = places[2 * kept[slot]], columns = places[2 * kept[slot] + 1];
-    __global uint *out = triangles + (size_t)3 * slot * each;
-    for (uint i = 0; i < segments; ++i)
-        for (uint j = 0; j < segments; ++j, out += 6) {
-            const uint a = first + i * columns + j, b = a + columns;
-            out[0] = a, out[1] = b, out[2] = b + 1, out[3] = a, out[4] = b + 1, out[5] = a + 1;
-        }
 }

@@ -197,3 +197,29 @@ def test_tessellate_keeps_to_a_tolerance(tmp_path, capsys):
     assert 0 < (1 - centres).max() <= 0.001 * np.sqrt(12)
     assert main(["tessellate", "pot_32", str(out), "--tolerance", "0.001"]) == 2
     assert "option: expected one" in capsys.readouterr().err
+
+
+def test_tessellate_cuts_nurbs_by_pixels_and_by_a_view(tmp_path, capsys):
+    out, counts = tmp_path / "out.glb", []
+    near = ("--view", "0,0,3")
+    for words in (
+        ["--pixel-area", "64"], ["--pixel-area", "64", *near], ["--view", "30,20"],
+        ["--pixel-area", "64", "-n", "2"], ["--pixel-area", "64", "-s", "edges=tolerant"],
+    ):  # fmt: skip
+        assert main(["tessellate", "rational_torus", str(out), "--json", *words]) == 0
+        counts.append(json.loads(capsys.readouterr().out)["triangles_out"])
+    whole, close, finer, coarse, tolerant = counts
+    assert whole < close and whole < finer and whole < tolerant
+    assert coarse == 16 * 2 * 16  # 4 segments to a span at the most
+    mesh = read_mesh(out)
+    assert np.allclose(np.linalg.norm(mesh.normals, axis=1), 1, atol=1e-5)
+    wrong = (
+        (["--pixel-area", "0"], "pixel_area: expected 0.01 to"),
+        (["--view", "30,20", "-m", "uniform_nurbs"], "view: expected a method that adapts to it"),
+        (["--view", "30"], "view: expected AZIMUTH,ELEVATION"),
+        (["--pixel-area", "8", "--tolerance", "0.1"], "option: expected one"),
+    )
+    for words, said in wrong:
+        assert main(["tessellate", "rational_torus", str(out), *words]) == 2
+        error = capsys.readouterr().err
+        assert said in error and error.count("\n") == 1

@@ -4,7 +4,9 @@ from lodbench.harness.plan.registry import systems
 from lodbench.harness.plan.table import table
 from tests.harness.records import group, rows_of, subject
 
-TABLES = ("nurbs_basis", "nurbs_grids", "rc13_6_2", "rc13_6_3_to_6_6")
+TABLES = (
+    "nurbs_basis", "nurbs_grids", "rc13_6_2", "rc13_6_3_to_6_6", "rc13_6_7_to_6_10", "rc13_6_11_to_6_14", "rc13_6_15",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", TABLES)

@@ -238,7 +238,7 @@ def test_uniform_nurbs_refuses_what_it_cannot_do(device):
         tessellate(nasty(FLAT * 1e38))
     with pytest.raises(TypeError, match="option: expected one"):
         tessellate(nurbs.ball(), lvl=3)
-    with pytest.raises(TypeError, match="method: expected uniform_nurbs"):
+    with pytest.raises(TypeError, match="method: expected rpns, uniform_nurbs"):
         tessellate(nurbs.ball(), method="vst")
     with pytest.raises(Unsupported, match="level: needs"):
         tessellate(nurbs.body(), level=10, per="span")

@@ -9,6 +9,7 @@ from lodbench.kernels.stages.camera import (
     fit_points,
     look_at,
     orbit,
+    pixel_rows,
     to_screen,
 )
 from lodbench.kernels.stages.raster_reference import transform
@@ -132,3 +133,10 @@ def test_distance_to_show_is_the_least_from_which_all_is_seen(size, scale):
         placed, _ = clip(look_at(eye, target, size=size), points)
         assert (np.abs(placed[:, :2]).max() <= 1) == inside
     assert distance_to_show(target[None], target, direction) == 1.0
+
+
+def test_pixel_rows_bring_points_to_pixels_from_the_middle():
+    view = look_at((0, 0, 5), (0, 0, 0), fov_y=90, size=(200, 100))
+    for point, expected in (((0, 0, 0), (0, 0)), ((5, 0, 0), (50, 0)), ((1, -4, 1), (12.5, -50))):
+        x, y, w = (np.dot(row, (*point, 1)) for row in pixel_rows(view))
+        assert w > 0 and np.allclose((x / w, y / w), expected)
