@@ -18,6 +18,7 @@ from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.finest import finest
 from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.harness.measure.budget import Budget
+from lodbench.harness.measure.identity import config_of
 from lodbench.harness.measure.judge import Judge
 from lodbench.harness.measure.moves import Moves
 from lodbench.harness.measure.progress import Progress
@@ -112,12 +113,7 @@ class Session:
         return left_out
 
     def _config(self, table: str, group: Group) -> dict[str, Any]:
-        """All that decides what is measured."""
-        return {
-            "table": table, "device": self.device.slug, "samples": self._samples, "seed": self.seed,
-            **({} if self._precision == NARROW else {"precision": self._precision}),
-            **group.config(),
-        }  # fmt: skip
+        return config_of(table, group, self.device.slug, self._samples, self._precision, self.seed)
 
     def _group(
         self,

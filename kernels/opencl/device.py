@@ -54,6 +54,8 @@ class Device:
         self._programs: dict[tuple[Any, ...], Program] = {}
         self.is_cpu = bool(device.type & cl.device_type.CPU)
         self.is_pocl = driver.is_pocl(device)
+        # PoCL's own built-ins may be calls, others' are kept where they have one right result
+        self._flags = "-w" if self.is_pocl else "-w -D LB_KEEPS_EXACT"
         self.facts = facts.DeviceFacts(
             name=device.name.strip(),
             platform=device.platform.name.strip(),
@@ -82,8 +84,8 @@ class Device:
         """The device asked for, ready to use.
 
         Args:
-            name: part of a platform's or device's name ("pocl", "nvidia"), or "platform:device" by index ("0:1");
-                None takes `LODBENCH_DEVICE`, else PoCL, else the first device found.
+            name: words of a platform's or device's name ("pocl", "pocl 3.1", "intel", "nvidia"), or "platform:device"
+                by index ("0:1"); None takes `LODBENCH_DEVICE`, else PoCL, else the first device found.
             memory_limit: bytes that may be allocated, to make running out testable; None takes the device's own.
             local_size: work-items per group where a kernel does not fix it; None takes 64.
             one_core: use a single compute unit of the device.
@@ -162,7 +164,7 @@ class Device:
             left_out = {PRELUDE, *(name for text in theirs for name in text.parts)}
             source = "\n".join(text for name, text in texts.items() if name not in left_out)
             try:
-                compiled = self.compile(list(texts.items()), f"-w {options}")
+                compiled = self.compile(list(texts.items()), f"{self._flags} {options}")
             except DeviceError as error:
                 for text in theirs:
                     if reason := text.blamed(str(error.__context__)):
