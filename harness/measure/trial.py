@@ -159,6 +159,8 @@ class Trial:
 
             self.facts["driver"] = driver_name()
         self.device = device()
+        if subject.device:
+            self.facts["driver"] = self.device.facts.driver
         overrides = subject.params
         if callable(overrides):
             counters = {name: trial.facts.get("counters", {}) for name, trial in before.items()}
