@@ -1,4 +1,4 @@
-"""The file that has the loader find Intel's runtime for CPUs: pip's package lacks a right one, so it is written here."""
+"""The file that has the loader find Intel's runtime for CPUs: pip's package lacks a right one, so this writes it."""
 
 from __future__ import annotations
 

@@ -41,6 +41,7 @@ class Device:
         memory_limit: int | None = None,
         local_size: int | None = None,
         one_core: bool = False,
+        kind: str | None = None,
     ) -> None:
         cl = self.cl = opencl()
         self.handle = device
@@ -52,16 +53,16 @@ class Device:
         self._pool = Pool(self._queue, self.memory_limit, largest)
         self.local_size = min(local_size or LOCAL_SIZE, device.max_work_group_size)
         self._programs: dict[tuple[Any, ...], Program] = {}
-        self.is_cpu = bool(device.type & cl.device_type.CPU)
+        kind = driver.kind_of(device, kind)
+        self.is_cpu = kind == "cpu"
         self.is_pocl = driver.is_pocl(device)
-        # PoCL's own built-ins may be calls, others' are kept where they have one right result
-        self._flags = "-w" if self.is_pocl else "-w -D LB_KEEPS_EXACT"
+        self._flags = "-w" if self.is_pocl else "-w -D LB_KEEPS_EXACT"  # PoCL's own may be calls
         self.facts = facts.DeviceFacts(
             name=device.name.strip(),
             platform=device.platform.name.strip(),
             driver=f"{device.platform.version.strip()}; driver {device.driver_version.strip()}",
             version=device.version.strip(),
-            kind="cpu" if self.is_cpu else "gpu" if device.type & cl.device_type.GPU else "other",
+            kind=kind,
             compute_units=int(device.max_compute_units),
             memory_bytes=int(device.global_mem_size),
             largest_allocation_bytes=largest,
@@ -80,6 +81,7 @@ class Device:
         memory_limit: int | None = None,
         local_size: int | None = None,
         one_core: bool = False,
+        kind: str | None = None,
     ) -> Device:
         """The device asked for, ready to use.
 
@@ -89,6 +91,7 @@ class Device:
             memory_limit: bytes that may be allocated, to make running out testable; None takes the device's own.
             local_size: work-items per group where a kernel does not fix it; None takes 64.
             one_core: use a single compute unit of the device.
+            kind: "gpu" tries the forms for graphics cards on any device; None takes `LODBENCH_KIND`, else what it is.
 
         Raises:
             DeviceError: no driver, no such device, or the device cannot be split.
@@ -103,7 +106,8 @@ class Device:
                     raise Unsupported(
                         f"needs a device that can be split, device has none: {error}"
                     ) from None
-        return cls(handle, memory_limit=memory_limit, local_size=local_size, one_core=one_core)
+        given = {"memory_limit": memory_limit, "local_size": local_size, "kind": kind}
+        return cls(handle, one_core=one_core, **given)
 
     @property
     def queue(self) -> Any:

@@ -170,6 +170,21 @@ def needs_prelude(handle: Any) -> bool:
     return known and bool(handle.type & opencl().device_type.CPU)
 
 
+def kind_of(handle: Any, forced: str | None = None) -> str:
+    """As what kind kernels see a device, "cpu", "gpu" or "other": as `forced`, else as `LODBENCH_KIND` says, else what the device is.
+
+    Raises:
+        ValueError: another kind.
+    """
+    forced = forced or os.environ.get("LODBENCH_KIND")
+    if forced:
+        if forced not in ("cpu", "gpu"):
+            raise ValueError(f"kind, LODBENCH_KIND: expected cpu or gpu, got {forced!r}")
+        return forced
+    types = opencl().device_type
+    return "cpu" if handle.type & types.CPU else "gpu" if handle.type & types.GPU else "other"
+
+
 def choose_device(wanted: str) -> Any:
     """The handle of the first device that `wanted` names; for "" PoCL's, else the first there is.
 
