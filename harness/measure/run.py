@@ -18,6 +18,7 @@ from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.finest import finest
 from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.harness.measure.budget import Budget
+from lodbench.harness.measure.forerun import Forerunner
 from lodbench.harness.measure.identity import config_of
 from lodbench.harness.measure.judge import Judge
 from lodbench.harness.measure.moves import Moves
@@ -67,6 +68,7 @@ class Session:
         self._ended, self._begun = attempts(folder)
         self._last = ""
         self._judge = Judge()
+        self._forerunner = Forerunner()
 
     @property
     def _sampling(self) -> dict[str, Any]:
@@ -74,6 +76,7 @@ class Session:
 
     def close(self) -> None:
         """Close the record."""
+        self._forerunner.close()
         self._writer.close()
 
     def note(self, kind: str, **row: Any) -> None:
@@ -175,7 +178,7 @@ class Session:
             progress.step(f"prepare {subject.name}")
             trial = Trial(subject, view=Frame(_zoomed(surface, group.zoom)), once=group.once)
             device = partial(self._open, subject)
-            trial.enter(surface, device, trials, record, group.judged)
+            trial.enter(surface, device, trials, record, group.judged, self._forerunner)
             trials[subject.name] = trial
         running = {name: e for name, e in trials.items() if e.prepared is not None}
         frames = {name: e.frame for name, e in running.items() if not group.once}

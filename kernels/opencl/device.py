@@ -86,8 +86,8 @@ class Device:
         """The device asked for, ready to use.
 
         Args:
-            name: words of a platform's or device's name ("pocl", "pocl 3.1", "intel", "nvidia"), or "platform:device"
-                by index ("0:1"); None takes `LODBENCH_DEVICE`, else PoCL, else the first device found.
+            name: words of a platform's or device's name ("pocl 3.1", "intel"), or "platform:device" by index ("0:1");
+                None takes `LODBENCH_DEVICE`, else PoCL, else the first device found.
             memory_limit: bytes that may be allocated, to make running out testable; None takes the device's own.
             local_size: work-items per group where a kernel does not fix it; None takes 64.
             one_core: use a single compute unit of the device.
@@ -103,9 +103,8 @@ class Device:
                 handle = handle.create_sub_devices([cl.device_partition_property.EQUALLY, 1])[0]
             except cl.Error as error:
                 if handle.max_compute_units > 1:
-                    raise Unsupported(
-                        f"needs a device that can be split, device has none: {error}"
-                    ) from None
+                    text = f"needs a device that can be split, device has none: {error}"
+                    raise Unsupported(text) from None
         given = {"memory_limit": memory_limit, "local_size": local_size, "kind": kind}
         return cls(handle, one_core=one_core, **given)
 

@@ -171,7 +171,7 @@ def needs_prelude(handle: Any) -> bool:
 
 
 def kind_of(handle: Any, forced: str | None = None) -> str:
-    """As what kind kernels see a device, "cpu", "gpu" or "other": as `forced`, else as `LODBENCH_KIND` says, else what the device is.
+    """The kind that kernels see, "cpu", "gpu" or "other": as `forced` or `LODBENCH_KIND` says, else what it is.
 
     Raises:
         ValueError: another kind.

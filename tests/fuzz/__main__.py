@@ -61,6 +61,7 @@ def main():
     tried = {
         "full_disk": faults.full_disk,
         "read_only": faults.read_only,
+        "peers": faults.peers,
         "broken_kernels": faults.broken_kernels,
         "little_memory": faults.little_memory,
     }

@@ -184,6 +184,46 @@ def read_only():
     return {"tries": tries, "losses": losses}
 
 
+FAULTY = """
+import os, signal, time
+def simplify(points, faces, **given):
+    if {hangs}: time.sleep(600)
+    os.kill(os.getpid(), signal.{signal})
+"""
+
+
+def peers(signals=("SIGSEGV", "SIGABRT", "SIGKILL", "SIGFPE", "hang")):
+    """Runs in which a peer crashes or hangs: a failed row that says how, and the others measured."""
+    losses = []
+    for name in signals:
+        hangs = name == "hang"
+        with tempfile.TemporaryDirectory() as folder:
+            text = FAULTY.format(hangs=hangs, signal="SIGKILL" if hangs else name)
+            Path(folder, "fast_simplification.py").write_text(text)
+            out = Path(folder, "run")
+            words = ["run", "quadric_clustering", "-d", "icosphere_2", "--samples", "3", "-q"]
+            process = subprocess.Popen(
+                [sys.executable, "-m", "lodbench.harness", *words, "-a", "fast_simplification", "--out", out],
+                cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                env={**os.environ, "LODBENCH_PEER_LIMIT": "20",
+                     "PYTHONPATH": os.pathsep.join([folder, os.environ.get("PYTHONPATH", "")])},
+            )  # fmt: skip
+            error = ended(process)
+            if process.returncode:
+                losses.append(f"{name}: ended with {process.returncode}: {error[:300]}")
+                continue
+            said = {r["subject"]: r for r in rows(out) if r["kind"] == "subject"}
+            wanted = "did not return" if hangs else name
+            if (
+                said["fast_simplification"]["status"] != "failed"
+                or wanted not in said["fast_simplification"]["reason"]
+            ):
+                losses.append(f"{name}: {said['fast_simplification']}")
+            if said["quadric_clustering"]["status"] != "ok":
+                losses.append(f"{name}: {said['quadric_clustering']}")
+    return {"tries": len(signals), "losses": losses}
+
+
 BROKEN = (
     "float f(float x) { return y; }",
     "}",
