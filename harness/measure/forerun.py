@@ -1,7 +1,7 @@
 """Peers from packages are called once in a process of their own before they are measured: crashes and hangs stay there.
 
 What came back there is then run in the measuring process, where subjects take turns under the same clock as ever; the
-other waits for its next call meanwhile and computes nothing. Errors of Python's are left to the measuring process, which
+other waits for its next call meanwhile and computes nothing. Errors of Python's are left to the measuring process: it
 meets them again.
 """
 

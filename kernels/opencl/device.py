@@ -53,8 +53,7 @@ class Device:
         self._pool = Pool(self._queue, self.memory_limit, largest)
         self.local_size = min(local_size or LOCAL_SIZE, device.max_work_group_size)
         self._programs: dict[tuple[Any, ...], Program] = {}
-        kind = driver.kind_of(device, kind)
-        self.is_cpu = kind == "cpu"
+        self.is_cpu = (kind := driver.kind_of(device, kind)) == "cpu"
         self.is_pocl = driver.is_pocl(device)
         self._flags = "-w" if self.is_pocl else "-w -D LB_KEEPS_EXACT"  # PoCL's own may be calls
         self.facts = facts.DeviceFacts(
@@ -182,9 +181,8 @@ class Device:
         Raises:
             Unsupported: the device, or its limit, has no room for it.
         """
-        shape = (
-            (int(shape),) if isinstance(shape, int | np.integer) else tuple(int(n) for n in shape)
-        )
+        lengths = (shape,) if isinstance(shape, int | np.integer) else shape
+        shape = tuple(int(n) for n in lengths)
         dtype = np.dtype(dtype)
         size = max(math.prod(shape) * dtype.itemsize, 1)
         memory = self._pool.take(name, size)
