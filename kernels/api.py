@@ -78,7 +78,8 @@ def simplify_mesh(
         TypeError, ValueError: an argument is wrong; not exactly one of the targets.
         Unsupported: the device cannot hold the mesh.
     """
-    check("method", method, str | None)
+    if method is not None:
+        check("method", method, str)
     surface = mesh if isinstance(mesh, GeometryImage) else with_triangles(as_mesh(mesh))
     chosen = verbs.method("simplify", method, surface)
     targets = {
@@ -105,8 +106,8 @@ def simplify(
 
     The first three arguments are those of `fast_simplification.simplify`; the rest, and the errors, are those of
     `simplify_mesh`, which also returns the map from input to output vertices, and carries normals, uvs and colours,
-    which are left out here. A closed manifold stays one, of the same genus. Where the mesh has borders, points at the
-    same place are joined first, so that an STL file's triangles hang together; those of a closed mesh are left apart. A
+    which are left out here. A closed manifold stays one, of the same genus. Where the mesh has borders, points on them
+    at the same place are joined first, so that an STL file's triangles hang together; others are left apart. A
     `GeometryImage` may stand in for points and faces.
 
     Returns:
@@ -154,7 +155,8 @@ def refine_mesh(
         TypeError, ValueError: an argument is wrong.
         Unsupported: the device cannot hold the result.
     """
-    check("method", method, str | None)
+    if method is not None:
+        check("method", method, str)
     coarse = with_triangles(as_mesh(mesh))
     chosen = verbs.method("refine", method, coarse)
     result = chosen(open_device(device), coarse, segments=segments, weld=weld, **options)
@@ -209,7 +211,8 @@ def tessellate_surface(
         TypeError, ValueError: an argument is wrong, or no system takes the surface.
         Unsupported: the device cannot hold the result.
     """
-    check("method", method, str | None)
+    if method is not None:
+        check("method", method, str)
     surface = _curved(surface)
     chosen = verbs.method("tessellate", method, surface)
     return chosen(open_device(device), surface, **options)

@@ -9,7 +9,7 @@ import re
 import types
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from numbers import Integral, Real
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -17,6 +17,7 @@ import numpy as np
 
 P = TypeVar("P", bound="Parameters")
 LARGEST = float(np.finfo(np.float64).max)
+PLAIN = frozenset((bool, int, float, str, type(None)))
 LONGEST = 60  # characters of a value that an error repeats
 
 
@@ -201,12 +202,24 @@ class Parameters:
 
     @classmethod
     def named(cls: type[P], **values: Any) -> P:
-        """As the class itself, for names that a user wrote.
+        """As the class itself, for names that a user wrote; plain values that came before are not checked anew.
 
         Raises:
             TypeError: an unknown name, with those close to it.
         """
+        if all(type(value) in PLAIN for value in values.values()):
+            return _named(cls, tuple((name, type(v), v) for name, v in values.items()))
+        return cls._of_names(values)
+
+    @classmethod
+    def _of_names(cls: type[P], values: Mapping[str, Any]) -> P:
         for name in values:
             if name not in _kinds(cls):
                 raise TypeError(closest("option", name, _kinds(cls)))
         return cls(**values)
+
+
+@lru_cache(128)
+def _named(owner: type[P], values: tuple[tuple[str, type, Any], ...]) -> P:
+    """`Parameters.named`: the types tell 1 from True and 1.0, which are equal."""
+    return owner._of_names({name: value for name, _, value in values})

@@ -72,6 +72,7 @@ class Clustering(DeviceSubject):
         if upload.warp is not None:
             self.grid = upload.warp.even(params.grid_cells)
         self.border, self.kept, self._found = NO_EDGES, NO_VERTICES, 0
+        self._map_out: Buffer | None = None
         if params.uses_border:
             self.border = upload.border_edges
             self.kept = border_vertices(self.border) if params.keeps_border else NO_VERTICES
@@ -145,7 +146,8 @@ class Clustering(DeviceSubject):
 
     def steps(self, frame: Frame) -> Sequence[Step]:
         """All that was added; the first frame goes on from where the set-up came to."""
-        return self._steps[self._found :] if self.frame is None else self._steps
+        self._again = self.frame is not None
+        return self._steps if self._again else self._steps[self._found :]
 
     def _unwarp(self, upload: Upload, warp: Warp, stage: str) -> None:
         """Points where the mesh has them, in their warped cells, and how far those let a representative step."""
@@ -273,10 +275,20 @@ class Clustering(DeviceSubject):
             self.warm_up()
             warm.add(key)
 
+    def map_vertices(self) -> None:
+        """Have each frame fill `vertex_map` too: read with its counts, it needs no wait of its own."""
+        launch, self._map_out = self._mapping()
+        self.add(launch)
+
     def read_counts(self, counts: Sequence[Buffer]) -> Sequence[NDArray[np.uint32]]:
-        """As every subject's; read with them is whether the cells were as many as in set-up."""
-        *found, state = self.device.read_all(*((buffer, None) for buffer in (*counts, self.state)))
-        if (occupied := int(state[0])) > self.capacity:
+        """As every subject's; read with them is whether the cells are as many as in set-up, if they were found anew."""
+        more = [self.state] if self._again else []
+        if self._map_out is not None:
+            more.append(self._map_out)
+        found = self.device.read_all(*((buffer, None) for buffer in (*counts, *more)))
+        if self._map_out is not None:
+            self._vertex_map = found.pop()
+        if self._again and (occupied := int(found.pop()[0])) > self.capacity:
             raise DeviceError(
                 f"cells: expected {self.capacity} occupied as in set-up, got {occupied}"
             )
@@ -285,9 +297,11 @@ class Clustering(DeviceSubject):
     def read_back(self) -> tuple[TriangleMesh, NDArray[np.uint32]]:
         """The last frame's mesh, and `vertex_map`, after a single wait."""
         vertices, triangles = self.live()
-        positions, survivors, vertex_map = self.device.read_all(
-            (self.vertices_out, vertices), (self.survivors, triangles), (self._map(), None)
-        )
+        wanted = [(self.vertices_out, vertices), (self.survivors, triangles)]
+        if self._map_out is not None:
+            positions, survivors = self.device.read_all(*wanted)
+            return TriangleMesh.of_kernels(positions, survivors), self._vertex_map
+        positions, survivors, vertex_map = self.device.read_all(*wanted, (self._map(), None))
         return TriangleMesh.of_kernels(positions, survivors), vertex_map
 
     def vertex_map(self) -> NDArray[np.uint32]:
@@ -311,13 +325,19 @@ class Clustering(DeviceSubject):
 
     def _map(self) -> Buffer:
         """`vertex_map` on the device; never waits."""
+        launch, result = self._mapping()
+        launch(Timeline())
+        return result
+
+    def _mapping(self) -> tuple[Launch, Buffer]:
+        """What writes `vertex_map`, and where to."""
         result = self.device.allocate("vertex_map", self._vertices, np.uint32)
-        self.launch(
+        launch = self.launch(
             "cluster_cells_map", self._vertices, "vertex_map",
             points=self.points, new_ranks=self.new_ranks, vertex_map=result,
             vertex_count=self._vertices,
-        )(Timeline())  # fmt: skip
-        return result
+        )  # fmt: skip
+        return launch, result
 
     def counters(self) -> Mapping[str, int | float]:
         """Vertices and triangles, `more_counters`, and output triangles that say nothing of the surface."""

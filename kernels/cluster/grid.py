@@ -87,7 +87,8 @@ class Grid:
             TypeError, ValueError: see `check_cells`; also when cubic cells make more than 2**27 in all.
         """
         check_cells(cells)
-        extents = [float(h) - float(b) for b, h in zip(low, high, strict=True)]
+        corner, far = [float(b) for b in low], [float(h) for h in high]
+        extents = [h - b for b, h in zip(corner, far, strict=True)]
         longest = max(extents)
         if isinstance(cells, tuple | list):
             counts = tuple(int(n) for n in cells)
@@ -102,7 +103,7 @@ class Grid:
             check_product(counts, cells)
             edges = [edge if extent > 0 else 0.0 for extent in extents]
         unit = max(edges) or 1.0
-        reach = max(abs(float(value)) for value in (*low, *high, longest, 1e-45))
+        reach = max(map(abs, (*corner, *far, longest, 1e-45)))
         exponent = min(-math.frexp(longest)[1] if longest > 0 else 0, 126 - math.frexp(reach)[1])
         prescale = math.ldexp(1.0, max(-126, min(126, exponent)))
         scaled = unit * prescale
@@ -110,7 +111,7 @@ class Grid:
             counts=counts,  # type: ignore[arg-type]
             prescale=prescale,
             # of -0 and 0, which are equal, a box has either: 0
-            low=(np.asarray(low, np.float64) * prescale).astype(np.float32) + np.float32(0),
+            low=np.array([b * prescale + 0.0 for b in corner], np.float32),
             inverse=np.float32(min(1.0 / scaled, 3e38)),
             unit=np.float32(scaled),
             per_axis=np.array([unit / e if e > FLAT * unit else 0.0 for e in edges], np.float32),

@@ -121,6 +121,8 @@ def simplifier(
         check("manifold", manifold, bool)
         asked_for = params.named(**options)
         prepared = prepare(device, mesh, asked_for)
+        if isinstance(prepared, Clustering):
+            prepared.map_vertices()
         frame = run(device, prepared, wait=prepared.live)
         if manifold and not remove_flipped and isinstance(prepared, Clustering):
             prepared, frame = nearer(device, mesh, asked_for, prepared, frame, prepare)

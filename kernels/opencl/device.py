@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Iterable, Mapping
@@ -22,7 +21,7 @@ from lodbench.kernels.opencl.driver import (
     opencl,
 )
 from lodbench.kernels.opencl.launch import Program
-from lodbench.kernels.opencl.memory import Buffer, Pool, checked
+from lodbench.kernels.opencl.memory import Buffer, Pool, checked, size_of
 from lodbench.kernels.opencl.source import PRELUDE, Text, texts_of
 from lodbench.kernels.opencl.timeline import Timeline
 
@@ -184,8 +183,7 @@ class Device:
         lengths = (shape,) if isinstance(shape, int | np.integer) else shape
         shape = tuple(int(n) for n in lengths)
         dtype = np.dtype(dtype)
-        size = max(math.prod(shape) * dtype.itemsize, 1)
-        memory = self._pool.take(name, size)
+        memory = self._pool.take(name, size_of(shape, dtype))
         return Buffer(name, shape, dtype, memory, self._pool.give_back)
 
     @property
@@ -242,10 +240,13 @@ class Device:
             np.empty(buffer.shape if rows is None else (rows, *buffer.shape[1:]), buffer.dtype)
             for buffer, rows in wanted
         ]
-        for result, (buffer, _) in zip(results, wanted, strict=True):
-            if result.size:
-                self.cl.enqueue_copy(self.queue, result, buffer.memory, is_blocking=False)
+        events = [  # kept until the wait: one that goes waits for its own copy
+            self.cl.enqueue_copy(self.queue, result, buffer.memory, is_blocking=False)
+            for result, (buffer, _) in zip(results, wanted, strict=True)
+            if result.size
+        ]
         self.wait()
+        del events
         return results
 
     def fill(

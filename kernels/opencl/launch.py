@@ -51,7 +51,7 @@ class Launch:
         self,
         device: Owner,
         name: str,
-        kernel: Any,
+        kernel: tuple[Any, dict[int, bytes]],
         parameters: Mapping[str, tuple[int, Parameter]],
         stage: str,
         items: int | tuple[int, int],
@@ -62,21 +62,21 @@ class Launch:
     ) -> None:
         self.stage = stage
         self._device = device
-        self._name, self._kernel, self._spare = name, kernel, spare
+        self._name, (self._kernel, self._set), self._spare = name, kernel, spare
         self._position = parameters
         self._held: dict[str, Any] = {}  # buffers stay alive as long as the launch
         # what `set_arg` comes to for a value, once it has spent 60 times as long on finding out that it is one
-        self._set_value = getattr(kernel, "_set_arg_buf", kernel.set_arg)
+        self._set_value = getattr(self._kernel, "_set_arg_buf", self._kernel.set_arg)
         self._local = local
         self._loaded = loaded  # of the program: names and group sizes that have run
         self._key = (name, local)
         self.items = items
-        if missing := sorted(self._position.keys() - arguments.keys()):
-            raise TypeError(f"{name}: expected arguments {missing}, got none of them")
+        if missing := self._position.keys() - arguments.keys():
+            raise TypeError(f"{name}: expected arguments {sorted(missing)}, got none of them")
         self.set(**arguments)
 
     def __del__(self) -> None:
-        self._spare.append(self._kernel)
+        self._spare.append((self._kernel, self._set))
 
     @property
     def parameters(self) -> KeysView[str]:
@@ -108,9 +108,14 @@ class Launch:
                 expected = ", ".join(self._position)
                 raise TypeError(f"{self._name}: expected one of {expected}, got {name}")
             index, parameter = self._position[name]
-            set_argument = self._kernel.set_arg if parameter.space else self._set_value
-            set_argument(index, self._argument(parameter, value))
-            self._held[name] = value
+            if type(value) is Buffer and value.dtype.char in parameter.types:
+                self._kernel.set_arg(index, value.memory)
+            elif parameter.space:
+                self._kernel.set_arg(index, self._argument(parameter, value))
+            elif self._set.get(index) != (packed := self._argument(parameter, value)):
+                self._set_value(index, packed)
+                self._set[index] = packed
+        self._held |= arguments
 
     def _argument(self, parameter: Parameter, value: Any) -> Any:
         if parameter.space == "local":
@@ -124,9 +129,7 @@ class Launch:
                 raise TypeError(
                     f"{self._name}: {parameter.name}: expected {expected}, got {value.name}"
                 )
-            if value.dtype.itemsize != parameter.scalar.itemsize or (
-                (value.dtype.kind == "f") != (parameter.scalar.kind == "f")
-            ):
+            if value.dtype.char not in parameter.likes:
                 raise TypeError(
                     f"{self._name}: {parameter.name}: expected {parameter.scalar}, "
                     f"got {value.name} of {value.dtype}"
@@ -136,7 +139,7 @@ class Launch:
             layout = parameter.layout
             return layout.pack(value) if parameter.lanes == 1 else layout.pack(*value)
         except (struct.error, OverflowError, TypeError):
-            return self._converted(parameter, value)
+            return self._converted(parameter, value).tobytes()
 
     def _converted(self, parameter: Parameter, value: Any) -> Any:
         """A value that is not yet what its bytes are made of, as numpy converts it."""
@@ -185,7 +188,8 @@ class Program:
             name: {p.name: (i, p) for i, p in enumerate(parameters)}
             for name, parameters in self.kernels.items()
         }
-        # pyopencl takes 0.2 ms for each new kernel object: those of launches that are gone serve again
+        # pyopencl takes 0.2 ms for each new kernel object: those of launches that are gone serve again, with the bytes
+        # of the values that they have
         self._spare: dict[str, list[Any]] = {name: [] for name in self.kernels}
         self._loaded: set[Any] = set()
 
@@ -224,9 +228,9 @@ class Program:
             self._loaded, spare,
         )  # fmt: skip
 
-    def _made(self, kernel: str) -> Any:
+    def _made(self, kernel: str) -> tuple[Any, dict[int, bytes]]:
         try:
-            return self._device.cl.Kernel(self._program, kernel)
+            return self._device.cl.Kernel(self._program, kernel), {}
         except self._device.cl.Error as error:
             why = caches.damaged() if self._device.is_pocl else str(error)
             raise DeviceError(

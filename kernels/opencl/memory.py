@@ -40,6 +40,11 @@ def checked(
     return array
 
 
+def size_of(shape: tuple[int, ...], dtype: np.dtype) -> int:
+    """Bytes of such an array; a driver needs one of an empty one."""
+    return math.prod(shape) * dtype.itemsize or 1
+
+
 @dataclass(eq=False)
 class Buffer:
     """Device memory of one array, with the name, shape and dtype that a kernel's argument is checked against."""
@@ -53,7 +58,7 @@ class Buffer:
     size_bytes: int = field(init=False)
 
     def __post_init__(self) -> None:
-        self.size_bytes = max(math.prod(self.shape) * self.dtype.itemsize, 1)
+        self.size_bytes = size_of(self.shape, self.dtype)
 
     def view(self, shape: int | tuple[int, ...], dtype: Any) -> Buffer:
         """The same memory as another type or shape; it lives as long as its last view.

@@ -101,6 +101,21 @@ class Parameter:
     lanes: int
 
     @cached_property
+    def likes(self) -> frozenset[str]:
+        """The codes of numpy's dtypes that are as wide, and floats or not, as a lane."""
+        return frozenset(
+            char
+            for char in "?" + np.typecodes["AllInteger"] + np.typecodes["Float"]
+            if np.dtype(char).itemsize == self.scalar.itemsize
+            and (np.dtype(char).kind == "f") == (self.scalar.kind == "f")
+        )
+
+    @cached_property
+    def types(self) -> frozenset[str]:
+        """`likes` of a pointer to a buffer; none of another parameter."""
+        return self.likes if self.space in ("global", "constant") else frozenset()
+
+    @cached_property
     def layout(self) -> Struct:
         """A value's bytes: vectors of three have room for four."""
         return Struct(

@@ -101,3 +101,11 @@ def test_arrays_of_numpy_are_scalars_and_tuples():
     assert check("x", np.array(3), int) == 3
     assert type(check("x", np.array(0.5), float)) is float
     assert Params(cells=np.array([3, 2, 1])).cells == (3, 2, 1)
+
+
+def test_named_params_that_came_before_are_told_from_those_that_are_equal():
+    assert Params.named(count=1) is Params.named(count=1)
+    for wrong in (True, 1.0):
+        with pytest.raises(TypeError, match="count: expected a whole number"):
+            Params.named(count=wrong)
+    assert type(Params.named(share=0).share) is int and type(Params.named(share=0.0).share) is float

@@ -11,8 +11,13 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.attributes import has_attributes
 from lodbench.kernels.cluster.auto.choice import BOTH, EDGES, choose
 from lodbench.kernels.cluster.auto.host import asked
-from lodbench.kernels.cluster.borders import cancel, edge_sums
-from lodbench.kernels.cluster.edge_collapse.seams import welded
+from lodbench.kernels.cluster.borders import (
+    border_vertices,
+    cancel,
+    candidates,
+    edge_sums,
+    places,
+)
 from lodbench.kernels.cluster.upload import SHARED
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.result import Counters, Result
@@ -24,8 +29,8 @@ def simplify(device: Device, mesh: TriangleMesh, **options: Any) -> Result:
 
     `counters` has `took_<method>` and `because_<reason>`, 1 each, beside the method's own.
 
-    Where a mesh without attributes has borders, points at the same place are one: an STL file, or a scan parted along
-    its texture's seams, would fall to pieces else. Points of a closed mesh stay apart, as sheets that touch are to.
+    Where a mesh without attributes has borders, points on them at the same place are one: an STL file, or a scan parted
+    along its texture's seams, would fall to pieces else. Others stay apart, as sheets that touch are to.
 
     Args:
         device: where it runs.
@@ -56,10 +61,25 @@ def simplify(device: Device, mesh: TriangleMesh, **options: Any) -> Result:
 
 
 def joined_places(device: Device, mesh: TriangleMesh) -> tuple[TriangleMesh, Any]:
-    """The mesh with one vertex for each place, and the vertex of each one before; None where it is closed as it is."""
+    """The mesh with one vertex for each place on its borders, and the vertex of each before; None where all differ.
+
+    Vertices inside the surface stay apart from others, as sheets that touch are to.
+    """
+    program = device.build(*SHARED)
     triangles = device.upload("triangles", mesh.triangles, np.uint32, (None, 3), lent=True)
-    sums = edge_sums(device, device.build(*SHARED), triangles)
-    if cancel(device.read(sums)):
+    if cancel(device.read(edge_sums(device, program, triangles))):
         return mesh, None
-    found, place = welded(mesh)
-    return (mesh, None) if found.vertex_count == mesh.vertex_count else (found, place)
+    count = mesh.vertex_count
+    vertices = border_vertices(candidates(device, program, triangles, count))
+    groups = places(mesh.positions[vertices])
+    _, first, which = np.unique(groups, return_index=True, return_inverse=True)
+    if len(first) == len(vertices):
+        return mesh, None
+    kept = np.ones(count, bool)
+    kept[vertices] = False
+    kept[vertices[first]] = True
+    place = np.arange(count)
+    place[vertices] = vertices[first[which]]
+    place = (np.cumsum(kept) - 1)[place]
+    triangles = place[mesh.triangles].astype(np.uint32)
+    return TriangleMesh(mesh.positions[kept], triangles, origin=mesh.origin), place

@@ -5,8 +5,8 @@ one quality. In **blocks**, the form for CPUs, triangles are sorted along a curv
 into blocks of some 1,500; a work-item takes a block and collapses the edges whose two ends have no triangle in another
 block, cheapest first by a queue of its own, as long as they cost no more than a threshold that all blocks share: a
 quantile of costs of some blocks. The grid is shifted between sweeps, so that what was on a block's rim lies within one
-in the next. In the last sweeps each block has a quota, by the number of its cheap edges, so that the target is met. No
-two blocks change the same vertex: any number of cores gives the same.
+in the next. In the last sweeps each block has a quota, by the number of cheap edges in one of the blocks next to it, so
+that the target is met. No two blocks change the same vertex: any number of cores gives the same.
 
 Quadrics are made anew from the mesh as it is in every sweep and added up within one. They are kept about their own
 vertices, where b and c begin as zero, so that float32 is enough; half of the volume is made up for that a collapse

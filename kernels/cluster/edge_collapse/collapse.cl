@@ -1,28 +1,11 @@
 // Edge collapse, geometry stage: may an edge of a block go, and what becomes of the triangles at its ends?
 //
-// Source    Dey, Edelsbrunner, Guha & Nekhayev 1999, Topology preserving edge contraction (link condition); Lindstrom &
-//           Turk, Fast and Memory Efficient Polygonal Simplification, 1998 (volume)
+// Source    Dey, Edelsbrunner, Guha & Nekhayev 1999, Topology preserving edge contraction (link condition)
 // Work      functions only
 // Reads     nothing
 // Writes    nothing
-// Needs     cluster/edge_collapse/edges.cl cluster/edge_collapse/queue.cl
+// Needs     cluster/edge_collapse/around.cl cluster/edge_collapse/queue.cl
 // Defines   BLOCK (cluster/edge_collapse/block.cl)
-
-// would a triangle at u turn by more than the limit, with u at p? Those with v go; those without area may do as they like
-INLINE bool collapse_turns(const Block *b, const uint u, const uint v, const float3 p, const float limit)
-{
-    const float3 before = b->places[u].xyz;
-    for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
-        if (!b->corners[c | 3]) continue;
-        const uint2 w = block_others(b, c);
-        if (w.x == v || w.y == v) continue;
-        const float3 x = b->places[w.x].xyz, y = b->places[w.y].xyz;
-        const float3 n = cross(x - before, y - before), m = cross(x - p, y - p);
-        const float nn = dot(n, n), nm = dot(n, m);
-        if (nn > 0.0f && !(nm > 0.0f && nm * nm >= limit * nn * dot(m, m))) return true;
-    }
-    return false;
-}
 
 // has the vertex an edge of more than two triangles? Then it is on no surface
 INLINE bool collapse_crowded(const Block *b, const uint u)
@@ -42,64 +25,45 @@ INLINE bool collapse_crowded(const Block *b, const uint u)
     return false;
 }
 
-// triangles that go with the edge, 0 where it must stay: where the surface would no longer be what it was. Where it is
-// none, the edge may go if just those vertices are near both ends that are opposite to it
+// Without branches, which are as often this way as that: triangles that go with the edge, 0 where it must stay: where the surface would no longer be what it was. Where it is
+// none, the edge may go if just those vertices are near both ends that are opposite to it. Fills `around`
 INLINE uint collapse_gone(Block *b, const uint u, const uint v)
 {
     const uint met = ++b->stamp, facing = ++b->stamp, shared = ++b->stamp;
-    uint gone = 0, common = 0, opposites = 0, opposite = u;
+    uint rest = 0, gone = 0, common = 0, opposites = 0, opposite = u;
     for (uint c = b->head[u]; c != NONE; c = b->next[c]) {
         if (!b->corners[c | 3]) continue;
         const uint2 w = block_others(b, c);
-        if (b->mark[w.x] != facing) b->mark[w.x] = met;
-        if (b->mark[w.y] != facing) b->mark[w.y] = met;
-        if (w.x != v && w.y != v) continue;
-        ++gone;
-        opposite = w.x == v ? w.y : w.x;
-        opposites += b->mark[opposite] != facing;
-        b->mark[opposite] = facing;
+        const uint both = (w.x == v) | (w.y == v);
+        b->mark[w.x] = b->mark[w.x] == facing ? facing : met;
+        b->mark[w.y] = b->mark[w.y] == facing ? facing : met;
+        // those with both ends from behind, until it is known how many others there are
+        b->around[both ? LAST - gone : rest] = (ushort4)(u, w.x, w.y, c);
+        rest += !both;
+        gone += both;
+        opposite = !both ? opposite : w.x == v ? w.y : w.x;
+        opposites += both & (b->mark[opposite] != facing);
+        b->mark[opposite] = both ? facing : b->mark[opposite];
     }
     b->mark[v] = shared;
     for (uint c = b->head[v]; c != NONE; c = b->next[c]) {
         if (!b->corners[c | 3]) continue;
         const uint2 w = block_others(b, c);
-        const bool x = b->mark[w.x] == met || b->mark[w.x] == facing;
-        const bool y = w.y != w.x && (b->mark[w.y] == met || b->mark[w.y] == facing);
-        if (x) b->mark[w.x] = shared;
-        if (y) b->mark[w.y] = shared;
+        const uint at_x = b->mark[w.x], at_y = b->mark[w.y];
+        const uint x = (at_x == met) | (at_x == facing), y = (w.y != w.x) & ((at_y == met) | (at_y == facing));
+        b->mark[w.y] = y ? shared : at_y;
+        b->mark[w.x] = x ? shared : at_x;
         common += x + y;
+        b->around[rest] = (ushort4)(v, w.x, w.y, c);
+        rest += (w.x != u) & (w.y != u);
     }
+    b->rest = rest;
+    b->both = gone;
     const bool along = b->kind[u] & b->kind[v] & BORDER;
     const uint expected = along ? 1 : 2, least = (b->kind[u] | b->kind[v]) & BORDER ? 1 : 3;
     if (gone != expected || common != expected || (along && b->degree[opposite] < 2))
         return common == opposites && (collapse_crowded(b, u) || collapse_crowded(b, v)) ? gone : 0;
     return (uint)b->degree[u] + b->degree[v] < 2 * gone + least ? 0 : gone;
-}
-
-// half of the volume is made up for that a collapse would take from, or add to, what is below the surface: planes of the
-// mesh as it has become leave bends too flat. Not where the surface folds back on itself
-INLINE void collapse_level(const Block *b, const uint u, const uint v, Quadrics *merged)
-{
-    const float3 p = (float3)(merged->px.s0, merged->py.s0, merged->pz.s0);
-    const float3 edge = b->places[v].xyz - b->places[u].xyz;
-    float3 normal = 0.0f;
-    float volume = 0.0f, areas = 0.0f;
-    for (uint end = 0; end < 2; ++end) {
-        const float3 place = b->places[end ? v : u].xyz;
-        for (uint c = b->head[end ? v : u]; c != NONE; c = b->next[c]) {
-            if (!b->corners[c | 3]) continue;
-            const uint2 w = block_others(b, c);
-            if (end && (w.x == u || w.y == u)) continue;
-            const float3 n = cross(b->places[w.x].xyz - place, b->places[w.y].xyz - place);
-            normal += n;
-            volume += dot(n, place - p);
-            areas += sqrt(dot(n, n));
-        }
-    }
-    const float square = dot(normal, normal);
-    if (!(square > FOLDED * areas * areas)) return;
-    const float3 s = normal * (LEVELLED * volume / square);
-    if (dot(s, s) < dot(edge, edge)) quadric_move(merged, s);
 }
 
 // does the collapse cost more in the mean than the square of the lesser limit of its ends?
@@ -112,27 +76,20 @@ INLINE bool collapse_strays(const Block *b, const uint u, const uint v, const Qu
 // v takes over the triangles of u but for those with both
 INLINE void collapse_join(Block *b, const uint u, const uint v, const Quadrics *merged)
 {
-    const uint ends[2] = {u, v};
-    uint head = NONE, degree = 0;
-    for (uint end = 0; end < 2; ++end)
-        for (uint c = b->head[ends[end]]; c != NONE;) {
-            const uint next = b->next[c];
-            if (b->corners[c | 3]) {
-                const uint2 w = block_others(b, c);
-                if (end == 0 && (w.x == v || w.y == v)) {
-                    b->corners[c | 3] = 0;
-                    --b->degree[w.x == v ? w.y : w.x];
-                } else {
-                    b->corners[c] = v;
-                    b->next[c] = head;
-                    head = c;
-                    ++degree;
-                }
-            }
-            c = next;
-        }
+    for (uint i = b->rest; i < b->rest + b->both; ++i) {
+        const ushort4 row = b->around[i];
+        b->corners[row.w | 3] = 0;
+        --b->degree[row.y == v ? row.z : row.y];
+    }
+    uint head = NONE;
+    for (uint i = 0; i < b->rest; ++i) {
+        const uint c = b->around[i].w;
+        b->corners[c] = v;
+        b->next[c] = head;
+        head = c;
+    }
     b->head[v] = head;
-    b->degree[v] = degree;
+    b->degree[v] = b->rest;
     b->degree[u] = 0;
     b->kind[v] |= b->kind[u];
     b->version[u] = 0;
@@ -156,24 +113,24 @@ INLINE void collapse_cost(Block *b, const uint v, const Quadrics *own, uint *w, 
         if (costs[i] <= threshold) queue_push(b, v, w[i], costs[i]);
 }
 
-// costs of the edges at v, anew
+// costs of the edges at v, anew, which has just taken over what is around it
 INLINE void collapse_ask(Block *b, const uint v, const float threshold)
 {
     const uint asked = ++b->stamp;
     Quadrics own;
     block_quadric(b, v, &own);
     uint found[8], count = 0;
-    for (uint c = b->head[v]; c != NONE; c = b->next[c]) {
-        const uint2 pair = block_others(b, c);
-        for (uint k = 0; k < 2; ++k) {
-            const uint w = k ? pair.y : pair.x;
-            if (!b->version[w] || b->mark[w] == asked) continue;
-            b->mark[w] = asked;
-            found[count++] = w;
-            if (count < 8) continue;
-            collapse_cost(b, v, &own, found, count, threshold);
-            count = 0;
-        }
+    // inside the surface every neighbour follows once
+    const uint turn = b->kind[v] & BORDER ? 2 : 1;
+    for (uint i = 0; i < turn * b->rest; ++i) {
+        const ushort4 row = b->around[i < b->rest ? i : i - b->rest];
+        const uint w = i < b->rest ? row.z : row.y;
+        if (!b->version[w] || b->mark[w] == asked) continue;
+        b->mark[w] = asked;
+        found[count++] = w;
+        if (count < 8) continue;
+        collapse_cost(b, v, &own, found, count, threshold);
+        count = 0;
     }
     if (count) collapse_cost(b, v, &own, found, count, threshold);
 }

@@ -8,6 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+def first_of(bits: int) -> int:
+    """Where the curve through 8**bits cells begins in `hilberts`."""
+    return (8**bits - 1) // 7
+
+
+@cache
+def hilberts(bits: int) -> NDArray[np.uint32]:
+    """`hilbert` of 0 to `bits`, one after the other."""
+    return np.concatenate([hilbert(b) for b in range(bits + 1)])
+
+
 @cache
 def hilbert(bits: int) -> NDArray[np.uint32]:
     """The place of each cell along Hilbert's curve, (8**bits,), cells in the order of x, y, z, the last fastest.

@@ -4,16 +4,8 @@
 // Work      functions only
 // Reads     nothing
 // Writes    nothing
-// Needs     common/transpose.cl cluster/edge_collapse/block.cl
+// Needs     cluster/edge_collapse/load.cl
 // Defines   BLOCK (cluster/edge_collapse/block.cl)
-
-// columns of eight records of four, record v[i] beginning at four numbers times `stride` times that
-INLINE fours8 block_columns(__global const float4 *records, const uint stride, const uint *v)
-{
-    return transpose_fours((float8)(records[stride * v[0]], records[stride * v[4]]),
-        (float8)(records[stride * v[1]], records[stride * v[5]]), (float8)(records[stride * v[2]], records[stride * v[6]]),
-        (float8)(records[stride * v[3]], records[stride * v[7]]));
-}
 
 // quadrics of eight vertices; `fresh` ones are planes through their vertices
 INLINE void block_quadrics(const Block *b, const uint *v, const bool fresh, Quadrics *q)
@@ -40,23 +32,46 @@ INLINE void block_quadric(const Block *b, const uint v, Quadrics *q)
     q->px = place.x, q->py = place.y, q->pz = place.z;
 }
 
-// edges of the block's triangles, to be asked for their costs, `count` of eight
+// does an edge run from u to v in some triangle?
+INLINE bool block_runs(const Block *b, const uint u, const uint v)
+{
+    for (uint c = b->head[u]; c != NONE; c = b->next[c])
+        if (block_others(b, c).x == v) return true;
+    return false;
+}
+
+// is the edge from u to v, as some triangle has it, the one of the two that is asked? Without branches but on borders
+INLINE uint block_asks(const Block *b, const uint u, const uint v, const uint kind)
+{
+    const uint free = (kind & FREE) != 0;
+    if (free & kind & BORDER) return u < v || !block_runs(b, v, u);
+    return free & (u < v);
+}
+
+// edges of the block's triangles, to be asked for their costs: `count` of eight, and what the last triangle has more
 typedef struct {
-    uint u[8], v[8];
-    uint count;
+    uint u[10], v[10];
+    uint count, more;
 } Edges;
 
-// the next edges, from a corner on, which goes on; false where there are none left
-INLINE bool block_edges(const Block *b, uint *corner, Edges *edges)
+// the next edges, from a triangle on, which goes on; false where there are none left
+INLINE bool block_edges(const Block *b, uint *t, Edges *edges)
 {
-    edges->count = 0;
-    for (; *corner < 4 * b->triangles && edges->count < 8; *corner += (*corner & 3) == 2 ? 2 : 1) {
-        const uint k = *corner & 3, u = b->corners[*corner], v = b->corners[k == 2 ? *corner - 2 : *corner + 1];
-        edges->u[edges->count] = u;
-        edges->v[edges->count] = v;
-        edges->count += block_asks(b, u, v);
+    uint count = edges->more;
+    for (uint i = 0; i < 2; ++i) edges->u[i] = edges->u[8 + i], edges->v[i] = edges->v[8 + i];
+    for (; *t < b->triangles && count < 8; ++*t) {
+        const ushort4 row = *(__global const ushort4 *)(b->corners + 4 * *t);
+        const uint x = b->kind[row.x], y = b->kind[row.y], z = b->kind[row.z];
+        edges->u[count] = row.x, edges->v[count] = row.y;
+        count += block_asks(b, row.x, row.y, x & y);
+        edges->u[count] = row.y, edges->v[count] = row.z;
+        count += block_asks(b, row.y, row.z, y & z);
+        edges->u[count] = row.z, edges->v[count] = row.x;
+        count += block_asks(b, row.z, row.x, z & x);
     }
-    return edges->count > 0;
+    edges->count = min(count, 8u);
+    edges->more = count - edges->count;
+    return count > 0;
 }
 
 // what the edges cost; lanes past their number are the first again

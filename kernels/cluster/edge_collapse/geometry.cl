@@ -3,6 +3,7 @@
 // Source    Garland & Heckbert 1997, greedy by cost; the blocks and their shared threshold are ours
 // Work      1-D; items take the next block until none is left, so which takes which does not matter
 // Reads     sorted      uint4[triangle_count]     a b c, row of the input; each block has `EACH` rows
+//           schedule    uint[16 * sweeps]
 //           quotas      uint[blocks]              triangles that a block may take away, even but for a single one
 // Writes    histograms  uint[BINS * blocks]       edges of the blocks that are asked, by cost
 //           points      float4[vertex_count]      of vertices that moved
@@ -32,8 +33,8 @@ INLINE void geometry_append(Block *b, Edges *edges, const float threshold)
 {
     float costs[8];
     vstore8(block_costs(b, edges), 0, costs);
-    for (uint i = 0; i < edges->count; ++i)
-        if (costs[i] <= threshold) queue_append(b, edges->u[i], edges->v[i], costs[i]);
+    if (b->ranks + 8 > EDGES) return;
+    for (uint i = 0; i < edges->count; ++i) queue_append(b, edges->u[i], edges->v[i], costs[i], threshold);
 }
 
 // the edges of the block, by cost
@@ -64,14 +65,15 @@ __kernel void edge_collapse_geometry_sample(
             border_weight, keep_border, crease);
         __global uint *histogram = histograms + (size_t)index * BINS;
         for (uint i = 0; i < BINS; ++i) histogram[i] = 0;
-        Edges edges;
-        for (uint corner = 0; block_edges(&b, &corner, &edges);) geometry_count(&b, &edges, histogram);
+        Edges edges = {.more = 0};
+        for (uint t = 0; block_edges(&b, &t, &edges);) geometry_count(&b, &edges, histogram);
     }
 }
 
 __kernel void edge_collapse_geometry_collapse(
     __global const uint4 *restrict sorted,
     __global const uint *restrict quotas,
+    __global const uint *restrict schedule,
     __global float4 *restrict points,
     __global uint *restrict loss,
     __global uint *restrict parents,
@@ -87,7 +89,6 @@ __kernel void edge_collapse_geometry_collapse(
     const uint limited,
     const uint recorded,
     const float border_weight,
-    const float turn_limit, // square of the cosine
     const uint keep_border,
     const float crease, // cosine
     const uint takers)
@@ -99,32 +100,30 @@ __kernel void edge_collapse_geometry_collapse(
     block_open(&b, scratch + (size_t)item * SLICE_WORDS);
     const uint each = state[EACH], blocks = state[BLOCKS], live = state[LIVE];
     const float threshold = as_float(state[THRESHOLD]);
+    const float turn_limit = as_float(schedule[SWEEP_WORDS * (state[SWEEPS] - 1) + TURN_LIMIT]);
     while (true) {
         const uint index = atomic_inc(state + TAKEN);
         if (index >= blocks) return;
         const uint first = index * each;
         block_load(&b, sorted + first, min(first + each, live) - first, points, limited ? limits : 0,
             holding ? held : 0, border_weight, keep_border, crease);
-        Edges edges;
-        for (uint corner = 0; block_edges(&b, &corner, &edges);) geometry_append(&b, &edges, threshold);
+        Edges edges = {.more = 0};
+        for (uint t = 0; block_edges(&b, &t, &edges);) geometry_append(&b, &edges, threshold);
         queue_order(&b);
         int left = quotas[index];
         uint collapses = 0, paid = 0;
-        while (b.queued && left > 0) {
-            const uint cost = b.queue[0] >> 32;
-            const uint2 edge = queue_pop(&b);
-            const uint u = edge.x & 0xFFFF, v = edge.x >> 16;
-            if (!b.version[u] || !b.version[v] || (uint)b.version[u] + b.version[v] != edge.y) continue;
+        uint u, v, cost;
+        while (left > 0 && queue_next(&b, &u, &v, &cost)) {
             const int gone = collapse_gone(&b, u, v);
             if (!gone || gone > left + (blocks == 1)) continue;
             Quadrics one, other, merged;
             block_quadric(&b, u, &one);
             block_quadric(&b, v, &other);
             quadric_merge(&one, &other, &merged);
-            collapse_level(&b, u, v, &merged);
+            around_level(&b, u, v, &merged);
             if (limited && collapse_strays(&b, u, v, &merged)) continue;
             const float3 place = (float3)(merged.px.s0, merged.py.s0, merged.pz.s0);
-            if (collapse_turns(&b, u, v, place, turn_limit) || collapse_turns(&b, v, u, place, turn_limit)) continue;
+            if (around_turn(&b, place, turn_limit)) continue;
             collapse_join(&b, u, v, &merged);
             parents[b.ids[u]] = b.ids[v];
             if (holding) held[b.ids[v]] += held[b.ids[u]];

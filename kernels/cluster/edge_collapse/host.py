@@ -6,28 +6,33 @@ Long because all arguments of the kernels are set here.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.edge_collapse.bound import Limit
-from lodbench.kernels.cluster.edge_collapse.curve import hilbert
+from lodbench.kernels.cluster.edge_collapse.curve import first_of, hilberts
 from lodbench.kernels.cluster.edge_collapse.params import Params
 from lodbench.kernels.cluster.edge_collapse.sweeps import (
+    APART,
     ASKED,
+    ASKED_LAST,
     CAPACITY,
+    Sweep,
     bits_of,
     slice_words,
     sweeps,
 )
 from lodbench.kernels.cluster.edge_collapse.verdict import verdict
 from lodbench.kernels.cluster.upload import Upload
-from lodbench.kernels.opencl import Launch, Timeline
+from lodbench.kernels.opencl import Buffer, Launch, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local, map_count
 from lodbench.kernels.subject import POINT, WORD, DeviceSubject
-from lodbench.kernels.system import Check, DeviceSurface
+from lodbench.kernels.system import Check, DeviceSurface, Frame
 from lodbench.kernels.targets import missed
 
 FILES = tuple(
@@ -36,8 +41,9 @@ FILES = tuple(
 )
 BINS = 512  # of costs, see state.cl
 STATE = 16  # words
-BLOCKS_BEFORE, EACH_BEFORE = 3, 4
+BLOCKS_BEFORE, EACH_BEFORE, DONE = 3, 4, 5
 SWEEPS, COLLAPSES = 10, 11
+PLANNED = 6  # last sweeps that are enqueued before it is asked whether more are needed
 
 
 class EdgeCollapse(DeviceSubject):
@@ -87,6 +93,10 @@ class EdgeCollapse(DeviceSubject):
         self.sequence = self.allocate("sequence", (rows, 4), np.uint32)
         self.moves = self.allocate("moves", (rows, 4), np.float32)
         self._recorded = recorded
+        self._later: list[
+            int
+        ] = []  # first steps of the sweeps after those planned, and of what comes after all
+        self._map_out: Buffer | None = None
         self._setup(upload, locked)
         self._sweeps(upload)
         self._emit(upload)
@@ -180,8 +190,11 @@ class EdgeCollapse(DeviceSubject):
         extent = float((upload.high - upload.low).max()) * self._prescale
         low, bits = upload.low * self._prescale, bits_of(m, block)
         chunks = chunk_count(self.device, m)
-        curves = [hilbert(b) for b in range(bits + 1)]
-        orders = [self.upload("order", c, role="scratch", lent=True) for c in curves]
+        orders = self.upload("orders", hilberts(bits), role="scratch", lent=True)
+        planned = list(sweeps(params, m, self.target, self._limit))
+        schedule = self.upload(
+            "schedule", self._schedule(planned, extent, blocks), role="scratch", lent=True
+        )
         keys = self.allocate("keys", m, np.uint32)
         offsets = self.allocate("offsets", (chunks, 8**bits), np.uint32)
         sorted_ = self.allocate("sorted", (m, 4), np.uint32)
@@ -191,55 +204,69 @@ class EdgeCollapse(DeviceSubject):
         items = min(blocks, 4 * self.device.facts.compute_units)
         scratch = self.allocate("scratch", (items, slice_words()), np.uint32)
         shared = {"rows": self.rows, "block_live": self.block_live, "state": self.state}
-        sort = {**shared, "keys": keys, "offsets": offsets}
+        sort = {**shared, "schedule": schedule, "keys": keys, "offsets": offsets}
         within = {
             "points": self.points, "sorted": sorted_, "state": self.state, "scratch": scratch,
             "border_weight": params.border_weight, "keep_border": int(params.preserve_border),
             "crease": params.crease_cosine, "takers": items, "held": self.held,
             "holding": int(self._held is not None),
         }  # fmt: skip
-        cosine = math.cos(math.radians(params.normal_limit))
         collapse = self._launch(
             "geometry_collapse", items, quotas=quotas, loss=self.loss, parents=self.parents,
-            rows=self.rows, block_live=self.block_live, turn_limit=cosine * cosine, limits=self.limits,
+            rows=self.rows, block_live=self.block_live, schedule=schedule, limits=self.limits,
             limited=int(self._limit is not None), sequence=self.sequence, moves=self.moves,
             recorded=int(self._recorded), **within,
         )  # fmt: skip
-        sample = self._launch("geometry_sample", items, histograms=histograms, **within)
-        keys_of = self._chunked(
-            "sort_keys", m, points=self.points, order=orders[0], bits=0, low=(*low, 0), shift=(0, 0, 0, 0),
-            **sort,
-        )  # fmt: skip
-        scan = self._launch(
-            "sort_scan", 1, offsets=offsets, state=self.state, bits=0, block=0, whole=0, asked=0,
-            chunk_count=chunks,
-        )  # fmt: skip
-        scatter = self._chunked("sort_scatter", m, sorted=sorted_, bits=0, **sort)
-        plan = self._launch(
-            "plan_quotas", 1, histograms=histograms, quotas=quotas, totals=totals,
-            state=self.state, target=self.target, goal=0, gain=0.0, least=0.0,
+        launches = (
+            self._chunked(
+                "sort_keys", m, points=self.points, orders=orders, low=(*low, 0), **sort
+            ),
+            self._launch(
+                "sort_scan", 1, schedule=schedule, offsets=offsets, state=self.state,
+                chunk_count=chunks,
+            ),
+            self._chunked("sort_scatter", m, sorted=sorted_, **sort),
+            self._launch("geometry_sample", items, histograms=histograms, **within),
+            self._launch(
+                "plan_quotas", 1, histograms=histograms, schedule=schedule, quotas=quotas,
+                totals=totals, state=self.state, target=self.target,
+            ),
+            collapse,
+            self._fold,
         )  # fmt: skip
         # what stays of each share depends on the mesh: the least that a sweep must read and write is left out
-        for sweep in sweeps(params, m, self.target, self._limit):
+        for sweep in planned:
+            if sweep.number > params.sweeps + PLANNED:
+                self._later.append(len(self._steps))
+            for launch in launches:
+                self.add(launch)
+        self._later.append(len(self._steps))
+
+    def _schedule(self, planned: Sequence[Sweep], extent: float, blocks: int) -> NDArray[np.uint32]:
+        """What the kernels are told of each sweep, (sweeps, 16): words as `state.cl` has them."""
+        words = np.zeros((len(planned), 16), np.uint32)
+        numbers = words.view(np.float32)
+        cosine = math.cos(math.radians(self.params.normal_limit))
+        for row, number, sweep in zip(words, numbers, planned, strict=True):
+            asked, apart = (ASKED_LAST, APART) if sweep.last else (ASKED, blocks)
+            row[:7] = (
+                sweep.bits, first_of(sweep.bits), sweep.block, sweep.whole, asked, apart, sweep.goal
+            )  # fmt: skip
+            turn = 0.0 if sweep.stubborn else cosine * cosine
             cells = sweep.along / extent if extent > 0 else 0.0
-            order, bits = orders[sweep.bits], sweep.bits
-            self._add(keys_of, order=order, bits=bits, low=(*low, cells), shift=(*sweep.shift, 0))
-            asked = blocks if sweep.last else ASKED
-            self._add(scan, bits=bits, block=sweep.block, whole=sweep.whole, asked=asked)
-            self._add(scatter, bits=bits)
-            self.add(sample)
-            self._add(plan, goal=sweep.goal, gain=sweep.gain, least=sweep.least)
-            self._add(collapse, turn_limit=0.0 if sweep.stubborn else cosine * cosine)
-            self.add(self._fold)
+            number[7:14] = sweep.gain, sweep.least, turn, cells, *sweep.shift
+        return words
 
-    def _add(self, launch: Launch, **values: Any) -> None:
-        """One more step: the launch with these values, one object for all sweeps."""
-
-        def enqueue(timeline: Timeline) -> None:
-            launch.set(**values)
-            launch(timeline)
-
-        self.add(enqueue, stage=launch.stage)
+    def enqueue(self, frame: Frame, timeline: Timeline) -> None:
+        """Enqueue the frame's steps; it waits for one word before sweeps that few meshes need: is the target met?"""
+        self.frame, self._rows, self._enqueued = frame, None, []
+        bounds = [0, *self._later, len(self._steps)]
+        for first, past in pairwise(bounds):
+            if first in self._later[:-1] and bool(self.device.read(self.state)[DONE]):
+                continue
+            for step in self._steps[first:past]:
+                step.enqueue(timeline)
+            self._enqueued += self._steps[first:past]
 
     def _emit(self, upload: Upload) -> None:
         n, m = self._vertices, self._triangles
@@ -269,12 +296,41 @@ class EdgeCollapse(DeviceSubject):
 
     def vertex_map(self) -> NDArray[np.uint32]:
         """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where no triangle has it."""
+        if self._map_out is not None:
+            self.live()
+            return self._vertex_map
+        launch, result = self._mapping()
+        launch(Timeline())
+        return self.device.read(result)
+
+    def map_vertices(self) -> None:
+        """Have each frame fill `vertex_map` too: read with its counts, it needs no wait of its own."""
+        launch, self._map_out = self._mapping()
+        self.add(launch)
+
+    def _mapping(self) -> tuple[Launch, Buffer]:
+        """What writes `vertex_map`, and where to."""
         result = self.device.allocate("vertex_map", self._vertices, np.uint32)
-        self._chunked(
+        launch = self._chunked(
             "emit_map", self._vertices, parents=self.parents, numbers=self.numbers,
             vertex_map=result, vertex_count=self._vertices,
-        )(Timeline())  # fmt: skip
-        return self.device.read(result)
+        )  # fmt: skip
+        return launch, result
+
+    def read_counts(self, counts: Sequence[Buffer]) -> Sequence[NDArray[np.uint32]]:
+        """As every subject's; the same wait tells what the sweeps did."""
+        more = [] if self._map_out is None else [self._map_out]
+        found = self.device.read_all(*((buffer, None) for buffer in (*counts, self.state, *more)))
+        if more:
+            self._vertex_map = found.pop()
+        self._told = found.pop()
+        return found
+
+    def result(self) -> Sequence[TriangleMesh]:
+        """The last frame's mesh, read back."""
+        vertices, triangles = self.live()
+        wanted = (self.vertices_out, vertices), (self.survivors, triangles)
+        return [TriangleMesh.of_kernels(*self.device.read_all(*wanted))]
 
     def sources(self) -> NDArray[np.uint32]:
         """The input triangle of each output triangle of the last frame, corner by corner."""
@@ -287,7 +343,8 @@ class EdgeCollapse(DeviceSubject):
 
     def more_counters(self) -> Mapping[str, int | float]:
         """Sizes in, sweeps and collapses done, and how near the target is."""
-        state = self.device.read(self.state)
+        self.live()
+        state = self._told
         return {
             "vertices_in": self._vertices, "triangles_in": self._triangles,
             "sweeps": int(state[SWEEPS]), "collapses": int(state[COLLAPSES]),

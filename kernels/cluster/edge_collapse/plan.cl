@@ -3,6 +3,7 @@
 // Source    none, ours: a quantile of all costs, and in the last sweeps quotas that end at the target
 // Work      one item
 // Reads     histograms  uint[BINS * blocks]   edges of the blocks that were asked, by cost
+//           schedule    uint[16 * sweeps]
 // Writes    quotas      uint[blocks]          triangles that a block may take away
 //           totals      uint[BINS]
 //           state       uint[16]
@@ -24,16 +25,17 @@ static inline uint plan_bin(__global const uint *restrict totals, const float ed
 
 __kernel void edge_collapse_plan_quotas(
     __global const uint *restrict histograms,
+    __global const uint *restrict schedule,
     __global uint *restrict quotas,
     __global uint *restrict totals,
     __global uint *restrict state,
-    const uint target,
-    const uint goal, // triangles after this sweep
-    const float gain,   // share of the edges for a share of the triangles
-    const float least) // share of the edges, at the least; above 0: quotas by cost, of which every block was asked
+    const uint target)
 {
     if (get_global_id(0) > 0 || state[DONE]) return;
 
+    __global const uint *sweep = schedule + SWEEP_WORDS * (state[SWEEPS] - 1);
+    const uint goal = sweep[GOAL];
+    const float gain = as_float(sweep[GAIN]), least = as_float(sweep[LEAST_SHARE]);
     const uint blocks = state[BLOCKS], stride = state[STRIDE], live = state[LIVE];
     uint edges = 0;
     for (uint i = 0; i < BINS; ++i) totals[i] = 0;
@@ -47,12 +49,18 @@ __kernel void edge_collapse_plan_quotas(
     if (least == 0.0f) { // no block alone takes more than its part of all that is to go
         for (uint b = 0; b < blocks; ++b) quotas[b] = 2 * (pairs * (b + 1) / blocks - pairs * b / blocks);
     } else {
-        ulong before = 0, all = 0;
-        for (uint i = 0; i <= bin; ++i) all += totals[i];
+        ulong before = 0, all = 0, part = 0;
+        for (uint b = 0; b < blocks; b += stride)
+            for (uint i = 0; i <= bin; ++i) all += (ulong)histograms[(size_t)b * BINS + i] * min(stride, blocks - b);
         all = max(all, 1ul);
         for (uint b = 0; b < blocks; ++b) {
             ulong own = before;
-            for (uint i = 0; i <= bin; ++i) own += histograms[(size_t)b * BINS + i];
+            // a block has what the one before it has that was asked
+            if (b % stride == 0) {
+                part = 0;
+                for (uint i = 0; i <= bin; ++i) part += histograms[(size_t)b * BINS + i];
+            }
+            own += part;
             quotas[b] = 2 * (pairs * own / all - pairs * before / all);
             before = own;
         }

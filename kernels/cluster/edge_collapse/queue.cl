@@ -1,6 +1,7 @@
-// Edge collapse: a block's queue of edges, a binary heap of cost and number; among equals the edge that came first.
+// Edge collapse: a block's queue of edges by cost and number. Those that it begins with are sorted, for most will be of no
+// use when their turn comes; those that come later go to a heap with four children. Among equals the edge that came first.
 //
-// Source    Williams 1964, Algorithm 232, Heapsort
+// Source    Williams 1964, Algorithm 232, Heapsort; Knuth, The Art of Computer Programming 3, 5.2.5 (radix exchange by digits)
 // Work      functions only
 // Reads     nothing
 // Writes    nothing
@@ -10,46 +11,81 @@
 // the item to its place at or below i; behind the last stands what is more than any, so that every child has a sibling
 INLINE void queue_sink(Block *b, uint i, const ulong item)
 {
-    b->queue[b->queued] = ULONG_MAX;
-    for (uint child = 2 * i + 1; child < b->queued; child = 2 * i + 1) {
-        const ulong left = b->queue[child], right = b->queue[child + 1];
-        const ulong least = min(left, right);
+    for (uint k = 0; k < 3; ++k) b->queue[b->queued + k] = ULONG_MAX;
+    for (uint child = 4 * i + 1; child < b->queued; child = 4 * i + 1) {
+        const ulong p = b->queue[child], q = b->queue[child + 1], r = b->queue[child + 2], s = b->queue[child + 3];
+        const ulong pq = min(p, q), rs = min(r, s), least = min(pq, rs);
         if (least >= item) break;
         b->queue[i] = least;
-        i = child + (right < left);
+        i = child + (rs < pq ? 2 + (s < r) : (q < p));
     }
     b->queue[i] = item;
 }
 
-// at the end, in no order; a full queue takes no more
-INLINE void queue_append(Block *b, const uint u, const uint v, const float cost)
+// an edge among those that are asked, its ends as they are; EDGES where there is no more room
+INLINE uint queue_number(Block *b, const uint u, const uint v)
 {
-    if (b->edge_count >= EDGES) return;
-    const uint edge = b->edge_count++;
-    b->edges[edge] = (uint2)(u | v << 16, (uint)b->version[u] + b->version[v]);
-    b->queue[b->queued++] = (ulong)as_uint(cost) << 32 | edge;
+    if (b->edge_count >= EDGES) return EDGES;
+    b->edges[b->edge_count] = (uint2)(u | v << 16, (uint)b->version[u] + b->version[v]);
+    return b->edge_count++;
 }
 
+// at the end, in no order, where it costs no more than the threshold: without branches, which are as often this way as that
+INLINE void queue_append(Block *b, const uint u, const uint v, const float cost, const float threshold)
+{
+    b->edges[b->ranks] = (uint2)(u | v << 16, b->version[u] + b->version[v]);
+    b->ranked[b->ranks] = (ulong)as_uint(cost) << 32 | b->ranks;
+    b->ranks += cost <= threshold;
+}
+
+// what was appended in order, digit by digit of the cost
 INLINE void queue_order(Block *b)
 {
-    for (uint i = b->queued / 2; i-- > 0;) queue_sink(b, i, b->queue[i]);
+    b->edge_count = b->ranks;
+    uint places[4][256] = {{0}};
+    for (uint i = 0; i < b->ranks; ++i) {
+        const uint cost = b->ranked[i] >> 32;
+        for (uint k = 0; k < 4; ++k) ++places[k][cost >> 8 * k & 255];
+    }
+    for (uint k = 0; k < 4; ++k) {
+        uint sum = 0;
+        for (uint digit = 0; digit < 256; ++digit) {
+            const uint count = places[k][digit];
+            places[k][digit] = sum;
+            sum += count;
+        }
+        __global const ulong *from = k & 1 ? b->spare : b->ranked;
+        __global ulong *to = k & 1 ? b->ranked : b->spare;
+        for (uint i = 0; i < b->ranks; ++i) to[places[k][from[i] >> (32 + 8 * k) & 255]++] = from[i];
+    }
 }
 
 INLINE void queue_push(Block *b, const uint u, const uint v, const float cost)
 {
-    const uint before = b->queued;
-    queue_append(b, u, v, cost);
-    if (b->queued == before) return;
-    uint i = before;
-    const ulong item = b->queue[i];
-    for (; i > 0 && b->queue[(i - 1) / 2] > item; i = (i - 1) / 2) b->queue[i] = b->queue[(i - 1) / 2];
+    const uint edge = queue_number(b, u, v);
+    if (edge == EDGES) return;
+    const ulong item = (ulong)as_uint(cost) << 32 | edge;
+    uint i = b->queued++;
+    for (; i > 0 && b->queue[(i - 1) / 4] > item; i = (i - 1) / 4) b->queue[i] = b->queue[(i - 1) / 4];
     b->queue[i] = item;
 }
 
-INLINE uint2 queue_pop(Block *b)
+// the cheapest edge whose ends are as they were when it was asked, and its cost's bits; false where there is none
+INLINE bool queue_next(Block *b, uint *u, uint *v, uint *cost)
 {
-    const uint edge = (uint)b->queue[0];
-    const ulong last = b->queue[--b->queued];
-    if (b->queued) queue_sink(b, 0, last);
-    return b->edges[edge];
+    while (b->rank < b->ranks || b->queued) {
+        ulong item = b->rank < b->ranks ? b->ranked[b->rank] : ULONG_MAX;
+        if (b->queued && b->queue[0] < item) {
+            item = b->queue[0];
+            const ulong last = b->queue[--b->queued];
+            if (b->queued) queue_sink(b, 0, last);
+        } else
+            ++b->rank;
+        const uint2 edge = b->edges[(uint)item];
+        *u = edge.x & 0xFFFF;
+        *v = edge.x >> 16;
+        *cost = item >> 32;
+        if (b->version[*u] && b->version[*v] && (uint)b->version[*u] + b->version[*v] == edge.y) return true;
+    }
+    return false;
 }

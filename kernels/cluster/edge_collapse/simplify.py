@@ -56,6 +56,8 @@ def simplify(
     prepared = prepare(
         device, given, params, locked, place=place, of=None if place is None else mesh
     )
+    if isinstance(prepared, EdgeCollapse):
+        prepared.map_vertices()
     frame = run(device, prepared, wait=prepared.live)
     (simplified,) = prepared.result()
     vertex_map, counters = prepared.vertex_map(), dict(prepared.counters())

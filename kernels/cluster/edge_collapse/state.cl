@@ -18,6 +18,21 @@
 #define SWEEPS 10      // done so far
 #define COLLAPSES 11   // done so far
 
+// words of a sweep in the schedule, a uint[SWEEP_WORDS * sweeps]
+#define SWEEP_WORDS 16
+#define BITS 0         // cells along an axis: 2^bits
+#define ORDER 1        // where the curve through these cells begins
+#define BLOCK_MOST 2   // triangles of a block
+#define WHOLE_MOST 3   // triangles that are one block
+#define ASKED 4        // blocks to be asked for costs, about
+#define APART 5        // at most
+#define GOAL 6         // triangles after it
+#define GAIN 7         // a float: share of the edges for a share of the triangles
+#define LEAST_SHARE 8  // a float: of the edges; above 0: quotas by cost
+#define TURN_LIMIT 9   // a float: square of a cosine
+#define CELLS 10       // a float: cells per unit
+#define SHIFT 11       // three floats, cells
+
 // costs are counted in bins, four to an octave, from 2^-95 on
 #define BINS 512
 #define FIRST_BIN (32u << 2)

@@ -10,6 +10,10 @@ from lodbench.kernels.cluster.edge_collapse.bound import Limit
 from lodbench.kernels.cluster.edge_collapse.params import Params
 
 ASKED = 4  # blocks whose costs are enough to tell what edges may cost
+ASKED_LAST, APART = (
+    8,
+    4,
+)  # in the last sweeps also which of them takes how much: one of so many that lie together
 ROOM = 1.5  # the grid's edge, times the mesh's: by what is left it is shifted between sweeps
 SHIFTS = (0.8191725134, 0.6710436067, 0.5497004779)  # multiples whose fractions keep their distance
 MOST_BITS = 6  # of cells along an axis
@@ -101,5 +105,5 @@ def bits_of(triangle_count: int, block: int) -> int:
 def slice_words() -> int:
     """Words of a work-item's slice of memory, as `block.cl` has it."""
     vertices, edges = 3 * CAPACITY, 4 * CAPACITY
-    words = 16 * vertices + 4 * edges + 16 + vertices + 4 * CAPACITY + 3 * vertices + edges // 2
+    words = 16 * vertices + 8 * edges + 48 + vertices + 6 * CAPACITY + 3 * vertices + edges // 2
     return (words + 31) // 16 * 16

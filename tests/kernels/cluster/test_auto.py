@@ -9,6 +9,7 @@ from lodbench.harness.measure.quality import topology
 from lodbench.kernels import simplify, simplify_mesh
 from lodbench.kernels.cluster.auto import choice, reference
 from lodbench.kernels.cluster.auto.choice import choose, flat_share
+from lodbench.kernels.cluster.auto.simplify import joined_places
 from tests.kernels.cluster.meshes import cube, flat_lattice
 
 BALL = displaced_icosphere(24).bare()
@@ -89,6 +90,18 @@ def test_sheets_of_a_closed_mesh_that_touch_stay_apart(device):
     )
     result = simplify_mesh(device, mesh, target_reduction=0.8)
     assert topology(result.mesh)["components"] == 2
+
+
+def test_open_sheets_that_touch_inside_stay_apart(device):
+    one = terrain(8).bare()
+    middle = one.vertex_count // 2  # on no border; the other sheet has the same place there
+    other = one.positions.copy()
+    other[:, 2] = 2 * one.positions[middle, 2] - one.positions[:, 2]
+    both = TriangleMesh(
+        np.concatenate([one.positions, other]),
+        np.concatenate([one.triangles, one.triangles + one.vertex_count]),
+    )
+    assert joined_places(device, both) == (both, None)
 
 
 def test_unknown_options_and_pairs_that_no_method_takes_are_one_line(device):
