@@ -96,13 +96,7 @@ class Device:
         """
         handle = choose_device(name or os.environ.get("LODBENCH_DEVICE") or "")
         if one_core:
-            cl = opencl()
-            try:
-                handle = handle.create_sub_devices([cl.device_partition_property.EQUALLY, 1])[0]
-            except cl.Error as error:
-                if handle.max_compute_units > 1:
-                    text = f"needs a device that can be split, device has none: {error}"
-                    raise Unsupported(text) from None
+            handle = driver.one_core_of(handle)
         given = {"memory_limit": memory_limit, "local_size": local_size, "kind": kind}
         return cls(handle, one_core=one_core, **given)
 

@@ -185,6 +185,21 @@ def kind_of(handle: Any, forced: str | None = None) -> str:
     return "cpu" if handle.type & types.CPU else "gpu" if handle.type & types.GPU else "other"
 
 
+def one_core_of(handle: Any) -> Any:
+    """A single compute unit of a device.
+
+    Raises:
+        Unsupported: it cannot be split.
+    """
+    cl = opencl()
+    try:
+        return handle.create_sub_devices([cl.device_partition_property.EQUALLY, 1])[0]
+    except cl.Error as error:
+        if handle.max_compute_units == 1:
+            return handle
+        raise Unsupported(f"needs a device that can be split, device has none: {error}") from None
+
+
 def choose_device(wanted: str) -> Any:
     """The handle of the first device that `wanted` names; for "" PoCL's, else the first there is.
 
