@@ -15,6 +15,8 @@ from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
 
 SURFACE, MATRIX = 128, 124
 TRIMMED = {143: "bounded surfaces", 144: "trimmed surfaces", 510: "faces"}
+BYTE_ORDER_MARK = "\xef\xbb\xbf"  # as latin-1 reads it
+NOTHING = " \t\0\x1a"  # of a line: blanks, and what ends a file of DOS
 OTHER = {108, 114, 118, 120, 122, 140, 190, 192, 194, 196, 198}  # surfaces of other kinds
 
 
@@ -25,10 +27,12 @@ def parse_iges(text: str) -> NurbsModel:
         ValueError: not IGES in its fixed form, cut short, an entity with fewer numbers than it declares.
     """
     sections: dict[str, list[str]] = {letter: [] for letter in "SGDPT"}
-    for number, line in enumerate(text.splitlines(), 1):
-        if not line.strip():
+    for number, line in enumerate(re.split(r"\r\n?|\n", text.removeprefix(BYTE_ORDER_MARK)), 1):
+        if not line.strip(NOTHING):
             continue
-        letter = line[72:73]
+        letter = line[72:73].upper()
+        if letter and letter in "CB":
+            raise ValueError("expected the fixed form, got the compressed or binary one")
         if letter not in sections:
             raise ValueError(
                 f"line {number}: expected S, G, D, P or T in column 73, got {letter!r}"
@@ -60,12 +64,17 @@ def parse_iges(text: str) -> NurbsModel:
         name = f"D{2 * k + 1}"
         try:
             surface = _surface(numbers(entity))
-            if entity["matrix"]:
-                index = (entity["matrix"] - 1) // 2
+            seen: set[int] = set()
+            while (place := entity["matrix"]) != 0:  # a transformation may itself be moved
+                index = (place - 1) // 2
                 if not 0 <= index < len(entities) or entities[index]["type"] != MATRIX:
-                    raise ValueError(f"expected a transformation at D{entity['matrix']}, got none")
-                surface = _moved(surface, numbers(entities[index]))
-        except ValueError as error:
+                    raise ValueError(f"expected a transformation at D{place}, got none")
+                if index in seen:
+                    raise ValueError(f"expected transformations that end, got D{place} again")
+                seen.add(index)
+                entity = entities[index]
+                surface = _moved(surface, numbers(entity))
+        except (ValueError, OverflowError) as error:
             raise ValueError(f"entity {name}: {error}") from None
         surfaces.append(surface)
         names.append(name)
@@ -115,14 +124,20 @@ def _numbers(text: str, separators: tuple[str, str], kind: int) -> NDArray[np.fl
     record, found, _ = text.partition(end)
     if not found:
         raise ValueError(f"truncated: expected {end!r} at the end of its parameters, got none")
-    words = [word.strip().upper().replace("D", "E") for word in record.split(between)]
+    words = [word.replace(" ", "").upper().replace("D", "E") for word in record.split(between)]
     try:
-        numbers = np.array([float(word) if word else 0.0 for word in words])
+        numbers = np.array([_number(word) for word in words])
     except ValueError:
         raise ValueError("expected numbers, got others") from None
     if int(numbers[0]) != kind:
         raise ValueError(f"expected parameters of type {kind}, got {words[0]}")
     return numbers[1:]
+
+
+def _number(word: str) -> float:
+    """Of Fortran: D for E is replaced already, and the letter may be missing; left out is 0."""
+    bare = re.fullmatch(r"([+-]?[\d.]+)([+-]\d+)", word)
+    return float(f"{bare[1]}E{bare[2]}" if bare else word or 0.0)
 
 
 def _surface(numbers: NDArray[np.float64]) -> NurbsSurface:

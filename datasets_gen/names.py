@@ -23,7 +23,7 @@ SCANS = (
     "bunny_69k", "bunny_closed_70k", "armadillo_29k", "armadillo_86k", "armadillo_346k",
     "dragon_100k", "dragon_871k", "buddha_100k", "buddha_1088k", "koala_100k", "kitten_g1",
     "fertility_g4", "spot", "camelhead_open", "beetle_open", "mountain_od", "fandisk",
-    "mechpart_g3",
+    "mechpart_g3", "rocker_arm", "threeholes_g3", "cessna_11comp",
 )  # fmt: skip
 PATCHES = (
     "pot_32", "cup_26", "pot_128", "teapot_standin", "teacup_standin", "teaspoon_standin",
@@ -33,6 +33,7 @@ NURBS = (
     "rational_cylinder", "rational_ball", "rational_torus", "mixed_degrees", "bicubic_12",
     "quilt_4",
     "killeroo_standin",
+    *(f"sheets_degree_{degree}" for degree in range(1, 8)),
 )  # fmt: skip
 FOLDERS = {
     "meshes": (".ply", ".obj", ".stl", ".off", ".gltf", ".glb"),

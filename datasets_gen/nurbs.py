@@ -86,6 +86,24 @@ def mixed_degrees(seed: int = 0) -> NurbsModel:
     return NurbsModel(tuple(surfaces))
 
 
+def sheets(degree: int, count: int = 256, seed: int = 0) -> NurbsModel:
+    """So many wavy sheets of one degree in both directions, uneven repeated knots; all weights are 1."""
+    random = np.random.default_rng(seed)
+    knots = [_uneven_knots(degree, random) for _ in range(2)]
+    places = [np.lib.stride_tricks.sliding_window_view(k[1:-1], degree).mean(axis=1) for k in knots]
+    x, y = np.meshgrid(*places, indexing="ij")
+    side = round(count**0.5)
+    return NurbsModel(
+        tuple(
+            NurbsSurface(
+                degree, degree, knots[0], knots[1],
+                np.stack([x + 1.2 * (k % side), y + 1.2 * (k // side), np.sin(5 * x + k) * 0.2], 2),
+            )
+            for k in range(count)
+        )
+    )  # fmt: skip
+
+
 def _uneven_knots(degree: int, random: np.random.Generator) -> NDArray[np.float64]:
     """Clamped from 0 to 1, five inner knots of which the second stands there as often as the degree allows."""
     inner = np.sort(random.uniform(0.05, 0.95, 5)).repeat([1, degree, 1, 1, 1])

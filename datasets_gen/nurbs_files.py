@@ -21,7 +21,7 @@ def read_nurbs(path: str | Path) -> NurbsModel:
     - .json: `surfaces`, each with `degree_u degree_v knots_u knots_v control_points weights`, control points as
       [i along u][j along v][x, y, z], Cartesian, not multiplied by the weights
     - .igs, .iges: entities 128 (rational B-spline surface)
-    - .stp, .step: B_SPLINE_SURFACE_WITH_KNOTS, also rational
+    - .stp, .step: B_SPLINE_SURFACE_WITH_KNOTS, BEZIER_, QUASI_UNIFORM_ and UNIFORM_SURFACE, also rational
 
     Raises:
         FileError: no such file, an unknown suffix, truncated, no such surfaces, or a surface that is not valid.

@@ -64,6 +64,23 @@ def _scan_like(genus: int, holes: int, count: int) -> Sized:
     return None, lambda: shapes.pierced(shapes.bumpy(make()), holes)
 
 
+def _parted(parts: int, count: int) -> Sized:
+    """So many closed parts that lie in each other."""
+    total, make = _geodesic(shapes.blob_with_ears, count // parts)
+
+    def made() -> TriangleMesh:
+        one = make()
+        angles = 2 * np.pi * np.arange(parts) / parts
+        middles = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(parts)])
+        size = float(np.ptp(one.positions, axis=0).max())
+        points = one.positions[None] + (0.8 * size * middles[:, None]).astype(np.float32)
+        steps = one.vertex_count * np.arange(parts, dtype=np.uint32)
+        faces = one.triangles[None] + steps[:, None, None]
+        return TriangleMesh(points.reshape(-1, 3), faces.reshape(-1, 3))
+
+    return parts * total, made
+
+
 SHAPES: dict[str, tuple[Callable[[int], Sized], str]] = {
     "torus": (_torus, "closed, genus 1, exact normals"),
     "sphere": (_sphere, "closed, slices and stacks, exactly so many triangles, exact normals"),
@@ -102,6 +119,9 @@ SCANS: dict[str, Callable[[], Sized]] = {
     "mountain_od": lambda: _square(triangles.terrain, 50_562),
     "fandisk": lambda: _plate(0, True, 12_946),
     "mechpart_g3": lambda: _plate(3, True, 15_232),
+    "rocker_arm": lambda: _plate(1, True, 20_088),
+    "threeholes_g3": lambda: _plate(3, False, 7_200),
+    "cessna_11comp": lambda: _parted(11, 13_546),
 }
 PATCHES: dict[str, tuple[Callable[[], BezierPatches], str]] = {
     "pot_32": (partial(patches.pot, 8), "32 patches, closed, collapsed edges at the poles"),
@@ -120,4 +140,8 @@ NURBS: dict[str, tuple[Callable[[], NurbsModel], str]] = {
     "bicubic_12": (partial(nurbs.quilt, 1, 1, 9), "1 bicubic surface of 12 x 12 control points"),
     "quilt_4": (partial(nurbs.quilt, 2, 2, 8), "4 bicubic surfaces, 256 knot spans"),
     "killeroo_standin": (nurbs.body, "in place of killeroo: 88 bicubic surfaces, closed"),
+    **{
+        f"sheets_degree_{p}": (partial(nurbs.sheets, p), f"256 surfaces of degree {p} x {p}")
+        for p in range(1, 8)
+    },
 }

@@ -31,6 +31,7 @@ class Comparison:
     Attributes:
         what: "faster", samples; "frames faster", whole frames that were drawn; "fewer triangles".
         least, most: the ratio that the claim allows; one of them.
+        stage: of this stage's seconds in place of a sample's, where "faster".
     """
 
     subject: Pick
@@ -38,6 +39,7 @@ class Comparison:
     what: Literal["faster", "frames faster", "fewer triangles"] = "faster"
     least: float | None = None
     most: float | None = None
+    stage: str = ""
 
 
 @dataclass(frozen=True)
@@ -103,5 +105,20 @@ CLAIMS = (
         "Boubekeur & Schlick 2005, section 5, figure 7",
         (Comparison(Pick("pattern"), Pick("static_vbo"), "frames faster", least=0.9),),
         published="3.81 against 3.97 frames per second with 128 segments",
+    ),
+    Claim(
+        "rc13_stair",
+        "basis functions by the stair strategy, sums of products, are evaluated faster than by the recursion",
+        "Concheiro 2013, section 6.5",
+        (
+            Comparison(
+                Pick("uniform_nurbs", {"basis": "stair"}),
+                Pick("uniform_nurbs", {"basis": "cox_de_boor"}),
+                least=1.0,
+                stage="basis",
+            ),
+        ),
+        note="of the stage that evaluates them; the recursion is its cells in loops, each function by itself, since "
+        "OpenCL has no recursion",
     ),
 )

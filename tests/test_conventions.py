@@ -81,6 +81,7 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "harness/tables/gmr05_path.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_st_mesh.py": "harness/tables/test_gmr05.py",
     "harness/tables/gmr05_pn.py": "harness/tables/test_gmr05.py",
+    "harness/tables/nurbs_basis.py": "harness/tables/test_nurbs.py",
     "harness/tables/nurbs_grids.py": "harness/tables/test_nurbs.py",
     "harness/tables/rc13_6_2.py": "harness/tables/test_nurbs.py",
     "harness/tables/rc13_6_3_to_6_6.py": "harness/tables/test_nurbs.py",

@@ -15,7 +15,7 @@ from lodbench.harness.baselines.host import HostPrepared
 from lodbench.kernels.nurbs.grids import Grid, placed
 from lodbench.kernels.nurbs.judged import judged
 from lodbench.kernels.nurbs.params import Level, NurbsParams
-from lodbench.kernels.nurbs.samples import Samples
+from lodbench.kernels.nurbs.samples import Samples, by_span, first_knots
 from lodbench.kernels.nurbs.tessellated import sampled, vertex_total
 from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Parameters
@@ -35,6 +35,23 @@ def numbers(knots: NDArray[np.float64], samples: Samples) -> NDArray[np.float64]
     """Samples as the parameters that packages take."""
     breaks = np.unique(knots)
     return breaks[samples.spans] + samples.t * np.diff(breaks)[samples.spans]
+
+
+def span_grids(model: NurbsModel, level: int) -> tuple[list[Grid], NDArray[np.int64]]:
+    """The grids of a model with 2^level segments on each span, and where their vertices stand among those of KSQuads.
+
+    KSQuads come surface after surface, along v fastest, each with its own (2^level + 1)^2 vertices, along v fastest.
+    """
+    n, vertices = 1 << level, 0
+    grids = placed([(by_span(s.knots_u, n), by_span(s.knots_v, n)) for s in model.surfaces])
+    order = [np.zeros(0, np.int64)]
+    for surface, grid in zip(model.surfaces, grids, strict=True):
+        row, column = (np.rint(s.t * n).astype(np.int64) for s in (grid.u, grid.v))
+        quad = grid.u.spans[:, None] * len(first_knots(surface.knots_v)) + grid.v.spans
+        place = quad * (n + 1) ** 2 + row[:, None] * (n + 1) + column
+        order.append(vertices + place.ravel())
+        vertices += surface.span_count * (n + 1) ** 2
+    return grids, np.concatenate(order)
 
 
 def grid_subject(

@@ -26,7 +26,7 @@ EXTRAS = {
     "datasets": ({"pooch": "pooch"}, "downloads of the classic scans"),
     "peers": (
         {"vtk": "vtk", "meshoptimizer": "meshoptimizer", "manifold3d": "manifold3d", "pyfqmr": "pyfqmr",
-         "splipy": "splipy"},
+         "splipy": "splipy", "geomdl": "geomdl"},
         "more packages to compare with",
     ),
     "gl": ({"moderngl": "moderngl"}, "comparison with a real OpenGL driver"),

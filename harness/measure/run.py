@@ -191,7 +191,8 @@ class Session:
         gc.collect()
         progress.step("sample")
         others = OtherLoad()
-        for sample in interleave(frames, firsts, **self._sampling, budget=budget):
+        sampling = {**self._sampling, "budget": budget, "warm": group.warm}
+        for sample in interleave(frames, firsts, **sampling):
             record("sample", **plain(sample))
         self._whole_frames(group, surface, trials, record, progress, budget)
         others_share = others.share()

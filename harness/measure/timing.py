@@ -78,9 +78,11 @@ def quota(wall_s: float, samples: int | None) -> tuple[int, int]:
 Frames = Callable[[], Timeline | None]
 
 
-def take(subject: str, frame: Frames, turn: int, warmup: bool) -> Sample | None:
-    """One frame of one subject, timed; None when the frame gave up."""
+def take(subject: str, frame: Frames, turn: int, warmup: bool, warm: bool = False) -> Sample | None:
+    """One frame of one subject, timed, with `warm` at once after another; None when the frame gave up."""
     with _no_collection():
+        if warm and frame() is None:
+            return None
         cpu = time.process_time()
         timeline = frame()
         cpu = time.process_time() - cpu
@@ -98,6 +100,7 @@ def interleave(
     samples: int | None = None,
     budget: Budget | None = None,
     narrow: float = 0.0,
+    warm: bool = False,
 ) -> Iterator[Sample]:
     """Samples of all subjects in turns A B A B ..., each as soon as it is taken.
 
@@ -112,6 +115,7 @@ def interleave(
         narrow: the half-width, relative to it, of a ratio's 95 % interval that is good enough. Sampling goes on for it
             through 200 turns at most, as long as the budget lasts; without one, or with one that has no end, for half
             a second. 0, or an exact number of samples, takes no more.
+        warm: before each sample its subject runs a frame that is not timed: see `Group`.
 
     Turn 0 is the first frame, which the caller has run.
     """
@@ -128,7 +132,7 @@ def interleave(
             return
         for name, (warmups, n) in list(quotas.items()):
             if offset - warmups < turn < offset + n:  # all subjects start to count at one turn
-                sample = take(name, frames[name], turn, warmup=not counted)
+                sample = take(name, frames[name], turn, warmup=not counted, warm=warm)
                 if sample is None:
                     del quotas[name]
                 else:
@@ -138,7 +142,7 @@ def interleave(
                     yield sample
     if narrow > 0 and samples is None and quotas:
         left = {name: frames[name] for name in quotas}
-        yield from _go_on(left, taken, offset + most, narrow, budget)
+        yield from _go_on(left, taken, offset + most, narrow, budget, warm)
 
 
 def _go_on(
@@ -147,6 +151,7 @@ def _go_on(
     turn: int,
     narrow: float,
     budget: Budget | None,
+    warm: bool,
 ) -> Iterator[Sample]:
     """Turns, from `turn` on, of the first subject and of those whose ratio to it is not known well enough.
 
@@ -156,6 +161,7 @@ def _go_on(
         turn: the next.
         narrow: the half-width that is good enough.
         budget: of the group; it is not cut by what is left undone here.
+        warm: as of `interleave`.
     """
     limit = budget if budget is not None and budget.seconds < float("inf") else Budget(MORE_S)
     first = next(iter(frames))
@@ -170,7 +176,7 @@ def _go_on(
         if not wide:
             return
         for name in (name for name in frames if name in {first, *wide}):
-            sample = take(name, frames[name], number, warmup=False)
+            sample = take(name, frames[name], number, warmup=False, warm=warm)
             if sample is None:
                 return
             taken[name][number] = sample.wall_s

@@ -98,6 +98,10 @@ class SubjectRecord:
         """Stage names in the order in which they ran."""
         return list(dict.fromkeys(name for row in self.samples for name in row["stage_s"]))
 
+    def stage_by_turn(self, name: str) -> dict[int, float]:
+        """Turn -> seconds of one stage, of the counted samples that have it."""
+        return {row["turn"]: row["stage_s"][name] for row in self.samples if name in row["stage_s"]}
+
     def stage_s(self, *names: str) -> list[float]:
         """Per counted sample, the seconds of these stages together; of all stages when none is named."""
         return [

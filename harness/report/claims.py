@@ -61,13 +61,16 @@ def _drawn(group: GroupRecord, label: str) -> bool:
 
 
 def _ratio(
-    group: GroupRecord, one: SubjectRecord, other: SubjectRecord, what: str, seed: int
+    group: GroupRecord, one: SubjectRecord, other: SubjectRecord, comparison: Comparison, seed: int
 ) -> tuple[float, float | None, float | None] | None:
+    what, stage = comparison.what, comparison.stage
     if what == "fewer triangles":
         ours, theirs = (subject.counters.get("triangles") for subject in (one, other))
         return (theirs / ours,) * 3 if ours and theirs else None
     whole = all(_drawn(group, subject.label) for subject in (one, other))
-    if what == "frames faster":
+    if stage:
+        times = other.stage_by_turn(stage), one.stage_by_turn(stage)
+    elif what == "frames faster":
         times = (other.wall_s, one.wall_s) if whole else (other.frame_s, one.frame_s)
     elif whole:
         return None  # samples with drawing say little of the stages before it
@@ -96,7 +99,7 @@ def measured(comparison: Comparison, run: RunRecord) -> Iterator[Measured]:
         seed = group.config.get("seed", run.environment["seed"])
         for one in _subjects(group, comparison.subject):
             for other in _subjects(group, comparison.other):
-                found = _ratio(group, one, other, comparison.what, seed)
+                found = _ratio(group, one, other, comparison, seed)
                 if found is not None and _alike(comparison, one, other):
                     yield Measured(
                         f"{group.table}: {group.name}", *found, _holds(comparison, *found)

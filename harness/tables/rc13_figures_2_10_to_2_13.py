@@ -35,6 +35,8 @@ SHADED_LEVELS = (4, 5)
 WHOLE = Draw(TABLE_SIZE)
 ALONE = ((False, 7), (True, 7), (True, 5))  # normals, level
 ARRAYS = ("one model, positions", "one model, with normals")
+TAKES = (GST, "numpy_bezier")  # are told whether to make normals
+PEERS = {False: ("numpy_bezier", "scipy_bspline", "splipy"), True: ("numpy_bezier", FLAT)}
 REUSE = {GST: "zone and row", ZONE: "zone", NONE: "none"}
 
 
@@ -47,20 +49,25 @@ def _scene(model: str, level: int) -> Group:
         Subject("gst", {**size, "reuse": "none"}, NONE),
         Subject("vst", size, "vst_one_core", one_core=True),
         Subject("dx11", size, draw=DRAW),
-        Subject("numpy_bezier", size),
     )
     facts = {"scene": f"S{COPIES} {model}", "level": level}
     weight = 1 + 4.0**level / 500
     return Group(_scene_name(model, COPIES), subjects, facts, weight=weight, standin_ok=True)
 
 
-def _alone(normals: bool, level: int) -> Group:
-    size: dict[str, Any] = {"level": level, "normals": normals}
-    subjects = tuple(Subject(name, size) for name in ("vst", "gst", "numpy_bezier"))
-    others = (FLAT,) if normals else ("scipy_bspline", "splipy")
-    subjects += tuple(Subject(name, {"level": level}) for name in others)
-    facts = {"scene": ARRAYS[normals], "level": level}
-    return Group(MODELS[0], subjects, facts, weight=2.0, standin_ok=True)
+def _against(dataset: str, scene: str, peer: str, level: int, **more: Any) -> Group:
+    """Ours and one peer alone, so that nothing but the two takes the caches and the cores."""
+    size: dict[str, Any] = {"level": level}
+    subjects = (Subject("vst", size | more), Subject(peer, size | (more if peer in TAKES else {})))
+    facts = {"scene": scene, "level": level, "against": peer}
+    return Group(dataset, subjects, facts, standin_ok=True, warm=True)
+
+
+def _alone(normals: bool, level: int) -> list[Group]:
+    more: dict[str, Any] = {"normals": normals}
+    return [
+        _against(MODELS[0], ARRAYS[normals], peer, level, **more) for peer in (GST, *PEERS[normals])
+    ]
 
 
 def _shaded(model: str, copies: int, level: int, drawn: bool = True) -> Group:
@@ -88,12 +95,17 @@ def groups(quick: bool) -> list[Group]:
 
     `quick` has the teapots alone, against shaders one teapot.
     """
-    made = [_scene(model, level) for model in (MODELS[:1] if quick else MODELS) for level in LEVELS]
+    made = []
+    for model in MODELS[:1] if quick else MODELS:
+        for level in LEVELS:
+            made.append(_scene(model, level))
+            name, scene = _scene_name(model, COPIES), f"S{COPIES} {model}"
+            made.append(_against(name, scene, "numpy_bezier", level))
     made += [_shaded(MODELS[0], 1, level) for level in SHADED_LEVELS]
     made.append(_shaded(MODELS[0], 1, SHADED_LEVELS[-1], drawn=False))
     if not quick:
         made += [_shaded(model, COPIES, SHADED_LEVELS[-1]) for model in MODELS]
-    return [*made, *(_alone(normals, level) for normals, level in ALONE)]
+    return [*made, *(one for normals, level in ALONE for one in _alone(normals, level))]
 
 
 def _flat_rate(entry: Entry, vertices: int) -> Row:
@@ -139,6 +151,7 @@ TABLE = Table(
         Column("level", "L", brief=True),
         Column("triangles_k", "triangles, thousands", brief=True),
         Column("system", "system", brief=True),
+        Column("against", "against"),
         Column("reused", "reused"),
         Column("zones", "zones"),
         Column("zone_values", "values of a zone"),
@@ -165,6 +178,10 @@ TABLE = Table(
         "the control points. Triangles are the same for all.",
         "dx11 cuts patches as the tessellator of DirectX 11 does, here by equal whole factors, and evaluates every "
         "vertex by itself, as its domain shader does.",
+        "Each peer on the host takes turns with vst alone, in a group of two: where several share a group, each finds "
+        "the caches full of the others' points and the cores asleep or still held by others' threads. "
+        "There every sample, ours or a peer's, follows at once on a frame of the same subject that is not timed. "
+        "The shaders, whose frames take tens of milliseconds, share theirs.",
         "numpy_bezier is two matrix products for points; its normals take three passes more. "
         "scipy_bspline and splipy make points alone, in float64.",
         "The flat pattern evaluates two flat triangles between the corners of each patch: as many triangles, more "

@@ -1,4 +1,4 @@
-// A row of a surface's grid, eight samples at a time: points and unit normals, out of basis functions at samples.
+// A surface's tables, the curve of a row of its grid, and its normal where S_u x S_v vanishes.
 //
 // Source    Concheiro 2013, section 6.2; a row is a curve of its own, whose control points are summed once for each span
 // Work      functions only; what is fused says so with fma
@@ -43,14 +43,28 @@ static inline void nurbs_surface_of(nurbs_surface *surface, __global const uint 
     surface->origin = as_float3(w.sbcd);
 }
 
-// control points of the row's curve over one span of v, and of S_u along it, scaled
-static inline void nurbs_curve(float4 *points, float4 *across, const nurbs_surface *surface, const nurbs_tables *tables,
-    const uint sample_u, const uint first_u, const uint first_v, const float scale)
+// control points of a row's curve over one span of v, and of S_u along it
+typedef struct {
+    float4 points[8], across[8];
+    uint row, first; // whose: the sample along u, and the first control point along v
+} nurbs_curve;
+
+// neighbouring spans share control points, which are kept
+static inline void nurbs_curve_to(nurbs_curve *curve, const nurbs_surface *surface, const nurbs_tables *tables,
+    const uint sample_u, const uint first_u, const uint first_v)
 {
+    const uint q = surface->q, step = surface->control_columns, stride = tables->stride;
+    const uint moved = first_v - curve->first;
+    uint l = 0;
+    if (curve->row == sample_u && moved <= q)
+        for (; l + moved <= q; ++l) {
+            curve->points[l] = curve->points[l + moved];
+            if (NORMALS) curve->across[l] = curve->across[l + moved];
+        }
+    curve->row = sample_u, curve->first = first_v;
     __global const float *w = tables->weights + sample_u;
-    const uint step = surface->control_columns, stride = tables->stride;
-    __global const float *c = tables->controls + 4 * (surface->control + first_u * step + first_v);
-    for (uint l = 0; l <= surface->q; ++l, c += 4) {
+    __global const float *c = tables->controls + 4 * (surface->control + first_u * step + first_v + l);
+    for (; l <= q; ++l, c += 4) {
         float4 here = vload4(0, c), sum = here * w[0];
 #if NORMALS
         float4 slope = (float4)(0.0f);
@@ -63,9 +77,9 @@ static inline void nurbs_curve(float4 *points, float4 *across, const nurbs_surfa
             here = next;
 #endif
         }
-        points[l] = sum;
+        curve->points[l] = sum;
 #if NORMALS
-        across[l] = slope * scale;
+        curve->across[l] = slope;
 #endif
     }
 }
@@ -100,69 +114,4 @@ static inline float3 nurbs_unit_near(
         tu + INWARDS * (0.5f - tu), tv + INWARDS * (0.5f - tv), scale);
     const float square = n.x * n.x + n.y * n.y + n.z * n.z;
     return square > 1e-30f ? n * (1.0f / sqrt(square)) : (float3)(0.0f, 0.0f, 1.0f);
-}
-
-#define NURBS_ADD(sum, w, point)                                                                                       \
-    (sum).x = fma(w, (float8)((point).x), (sum).x), (sum).y = fma(w, (float8)((point).y), (sum).y),                    \
-    (sum).z = fma(w, (float8)((point).z), (sum).z)
-
-// `count` samples of one span from `sample_v` on; up to `room` may be written
-static inline void nurbs_run(BEZIER_OUT float *points, BEZIER_OUT float *normals, const nurbs_surface *surface,
-    const nurbs_tables *tables, const uint sample_u, const uint sample_v, const uint count, const uint room)
-{
-    const uint4 at_u = vload4(sample_u, tables->samples), at_v = vload4(sample_v, tables->samples);
-    const uint q = surface->q, stride = tables->stride;
-    const float scale = NORMALS ? tables->scales[surface->quad + at_u.z * surface->quad_columns + at_v.z] : 1.0f;
-    float4 curve[8], across[8], along[8];
-    nurbs_curve(curve, across, surface, tables, sample_u, at_u.x, at_v.x, scale);
-#if NORMALS
-    for (uint l = 0; l < q; ++l) along[l] = (curve[l + 1] - curve[l]) * scale;
-#endif
-    for (uint k = 0; k < count; k += 8) {
-        __global const float *w = tables->weights + sample_v + k;
-        const float8 zero = (float8)(0.0f);
-        planes8 point = {zero, zero, zero};
-        float8 weight = zero;
-        for (uint l = 0; l <= q; ++l) {
-            const float8 n = vload8(0, w + l * stride);
-            NURBS_ADD(point, n, curve[l]);
-#if RATIONAL
-            weight = fma(n, (float8)(curve[l].w), weight);
-#endif
-        }
-#if RATIONAL
-        const float8 inverse = 1.0f / weight;
-        point.x *= inverse, point.y *= inverse, point.z *= inverse;
-#endif
-        const float3 o = surface->origin;
-        const planes8 placed = {point.x + o.x, point.y + o.y, point.z + o.z};
-        bezier_put(points + 3 * k, placed, room - k);
-#if NORMALS
-        planes8 a = {zero, zero, zero}, b = {zero, zero, zero}, unit;
-        float8 aw = zero, bw = zero;
-        for (uint l = 0; l <= q; ++l) {
-            const float8 n = vload8(0, w + l * stride);
-            NURBS_ADD(a, n, across[l]);
-            if (RATIONAL) aw = fma(n, (float8)(across[l].w), aw);
-        }
-        for (uint l = 0; l < q; ++l) {
-            const float8 n = vload8(0, w + (SLOPES + l) * stride);
-            NURBS_ADD(b, n, along[l]);
-            if (RATIONAL) bw = fma(n, (float8)(along[l].w), bw);
-        }
-#if RATIONAL
-        a.x = (a.x - aw * point.x) * inverse, a.y = (a.y - aw * point.y) * inverse, a.z = (a.z - aw * point.z) * inverse;
-        b.x = (b.x - bw * point.x) * inverse, b.y = (b.y - bw * point.y) * inverse, b.z = (b.z - bw * point.z) * inverse;
-#endif
-        const int8 is_bad = bezier_unit8(&unit, a, b);
-        bezier_put(normals + 3 * k, unit, room - k);
-        if (bezier_any(is_bad)) {
-            int bad[8];
-            vstore8(is_bad, 0, bad);
-            for (uint j = 0; j < 8 && k + j < count; ++j)
-                if (bad[j])
-                    vstore3(nurbs_unit_near(surface, tables, sample_u, sample_v + k + j, scale), k + j, normals);
-        }
-#endif
-    }
 }

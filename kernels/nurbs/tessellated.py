@@ -9,7 +9,7 @@ import numpy as np
 
 from lodbench.datasets_gen.nurbs_surface import NurbsModel
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
-from lodbench.kernels.launching import group_size, kernel_defines
+from lodbench.kernels.launching import LINE, group_size, kernel_defines
 from lodbench.kernels.nurbs.borders import borders_of, shared_vertices
 from lodbench.kernels.nurbs.grids import Grid, placed, tables_of
 from lodbench.kernels.nurbs.judged import judged
@@ -22,6 +22,9 @@ from lodbench.kernels.system import Check, DeviceSurface, Stored
 
 PLANES = 15  # of basis functions and slopes at each sample: see `nurbs/basis.cl`
 LARGEST = 1e30  # coordinate
+LONG_CHUNK, LONG_GROUP = 1024, 2
+"""Vertices of a work-item on a CPU, and work-items of a group: a chunk begins by finding its surface and row, and a cut
+run of vertices is two. Not where stores go past the caches, for which each work-item holds its whole chunk."""
 
 
 def sampled(model: NurbsModel, params: NurbsParams) -> list[tuple[Samples, Samples]]:
@@ -127,13 +130,16 @@ class Tessellated(DeviceSubject):
         """The step that writes every vertex."""
         size = self.vertex_bytes * self.vertices
         defines = self.defines | kernel_defines(self.device, size)
+        group = group_size(self.device)
+        if defines["CHUNK"] > LINE and not defines["STREAMING"]:
+            defines["CHUNK"], group = LONG_CHUNK, min(LONG_GROUP, group)
         with self.setup.host("build"):
             program = self.device.build("nurbs/vertex.cl", defines=defines)
         launch = program.launch(
             "nurbs_vertex", -(-self.vertices // defines["CHUNK"]), stage="vertex",
-            local=group_size(self.device), **self.buffers, positions=self.positions,
-            normals=self.normals, stride=self.buffers["places"].shape[1],
-            surface_count=len(self.model.surfaces), vertex_count=self.vertices,
+            local=group, **self.buffers, positions=self.positions, normals=self.normals,
+            stride=self.buffers["places"].shape[1], surface_count=len(self.model.surfaces),
+            vertex_count=self.vertices,
         )  # fmt: skip
         terms = [s.degree_v + 1 for s in self.model.surfaces]
         each = [6 * term * (3 if self._params.normals else 1) for term in terms]
@@ -228,10 +234,11 @@ class Tessellated(DeviceSubject):
         return judged(self.model, self.grids, positions, normals)
 
     def more_counters(self) -> Mapping[str, int | float]:
-        """The surfaces, their KSQuads, and which of their borders are one."""
+        """The surfaces, their KSQuads, the rows and columns of all grids, and which borders are one."""
         return {
             "surfaces": len(self.model.surfaces),
             "quads": self.model.span_count,
+            "side_samples": sum(grid.rows + grid.columns for grid in self.grids),
             "launches": len(self._steps),
             **self._borders.counts(),
         }

@@ -11,7 +11,7 @@
 //           scales     float[quads]               as nurbs/surface.cl has them
 // Writes    positions  float[3 * vertices]        packed; surface after surface, v fastest
 //           normals    float[3 * vertices]        packed, unit length; nothing where NORMALS is 0
-// Needs     nurbs/surface.cl
+// Needs     nurbs/row.cl
 // Plain     nurbs/reference.py
 // Defines   CHUNK (a multiple of eight), NORMALS (1: normals too), RATIONAL (nurbs/surface.cl), STREAMING (bezier/output.cl)
 
@@ -43,6 +43,8 @@ __kernel void nurbs_vertex(
         if (surfaces[SURFACE_WORDS * middle] <= first) low = middle;
         else high = middle;
     }
+    nurbs_curve curve;
+    curve.row = UINT_MAX, curve.first = 0;
     for (uint done = 0; done < count; ++low) {
         nurbs_surface surface;
         nurbs_surface_of(&surface, surfaces + SURFACE_WORDS * low);
@@ -52,8 +54,8 @@ __kernel void nurbs_vertex(
             while (j < surface.columns && done < count) {
                 const uint sample = surface.sample_v + j;
                 const uint here = min(samples[4 * sample + 1] - sample, count - done);
-                nurbs_run(points + 3 * done, directions + (NORMALS ? 3 * done : 0), &surface, &tables,
-                    surface.sample_u + i, sample, here, count - done);
+                nurbs_run(points + 3 * done, directions + (NORMALS ? 3 * done : 0), &curve, &surface, &tables,
+                    surface.sample_u + i, sample, here, count - done, done);
                 done += here, j += here;
             }
     }

@@ -53,9 +53,18 @@ def driver_name() -> str:
     return str(context().info["GL_RENDERER"])
 
 
-def build(*files: str, varyings: Iterable[str] = ()) -> Any:
-    """The program of these shader files, relative to this folder; `varyings` are kept by transform feedback."""
-    sources = {STAGES[Path(file).suffix]: (SHADERS / file).read_text("utf-8") for file in files}
+def build(
+    *files: str, varyings: Iterable[str] = (), defines: Mapping[str, int] | None = None
+) -> Any:
+    """The program of these shader files, relative to this folder.
+
+    `varyings` are kept by transform feedback; `defines` stand behind the first line, which says the version.
+    """
+    lines = "".join(f"#define {name} {value}\n" for name, value in (defines or {}).items())
+    sources = {}
+    for file in files:
+        version, rest = (SHADERS / file).read_text("utf-8").split("\n", 1)
+        sources[STAGES[Path(file).suffix]] = f"{version}\n{lines}{rest}"
     return context().program(**sources, varyings=tuple(varyings))
 
 

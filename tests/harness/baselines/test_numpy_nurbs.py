@@ -1,6 +1,7 @@
 """All baselines of NURBS surfaces, which share what is around them."""
 
 import importlib
+import sys
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from lodbench.datasets_gen import nurbs
 from lodbench.kernels.nurbs.uniform_nurbs import Params, UniformNurbs
 from lodbench.kernels.system import Unsupported, run
 
-NAMES = ("numpy_nurbs", "splipy_nurbs", "scipy_ndbspline")
+NAMES = ("numpy_nurbs", "splipy_nurbs", "scipy_ndbspline", "geomdl_nurbs")
 MODELS = {"ball": nurbs.ball(), "mixed": nurbs.mixed_degrees(), "quilt": nurbs.quilt(1, 2, 3)}
 
 
@@ -30,3 +31,12 @@ def test_baseline_gives_the_points_of_the_kernels(device, name, model):
         meshes.append(subject.result()[0])
     assert np.array_equal(meshes[0].triangles, meshes[1].triangles)
     assert np.abs(meshes[0].positions - meshes[1].positions).max() < 1e-6 * surface.diagonal
+
+
+@pytest.mark.parametrize("name", ["splipy", "geomdl"])
+def test_absent_package_is_unsupported_with_the_line_that_installs_it(device, name, monkeypatch):
+    package = importlib.import_module(f"lodbench.harness.baselines.{name}_nurbs")
+    for module in (name, "geomdl.BSpline", "geomdl.NURBS"):
+        monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(Unsupported, match=f"pip install {name}"):
+        package.SYSTEM.prepare(device, nurbs.ball(), package.Params(1))

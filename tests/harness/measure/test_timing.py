@@ -42,6 +42,16 @@ def test_interleave_drops_a_subject_that_gives_up():
     assert [sample.subject for sample in taken].count("b") == 12
 
 
+def test_warm_samples_follow_on_a_frame_that_is_not_counted():
+    seconds = iter(np.arange(100.0))
+    taken = list(
+        interleave({"a": lambda: frame(next(seconds))()}, {"a": 0.1}, samples=3, warm=True)
+    )
+    assert [sample.wall_s for sample in taken] == [1, 3, 5, 7, 9]
+    left = iter([Timeline(), None])
+    assert not list(interleave({"a": lambda: next(left)}, {"a": 0.1}, samples=3, warm=True))[1:]
+
+
 def test_interleave_with_no_time_left_still_gives_every_subject_one_counted_sample():
     taken = list(interleave({"a": frame(), "b": frame()}, {"a": 1, "b": 1}, budget=Budget(0.0)))
     assert [s.subject for s in taken if not s.warmup] == ["a", "b"]

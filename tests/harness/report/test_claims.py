@@ -48,6 +48,13 @@ def test_verdict_is_that_of_the_whole_interval(row, none, verdict):
     assert len(found["cases"]) == 1
 
 
+def test_claim_of_a_stage_leaves_out_the_rest_of_the_frame():
+    rows = [{"basis": 0.1, "vertex": 9.0}] * 10, [{"basis": 0.2, "vertex": 1.0}] * 10
+    one = Comparison(FASTER.subject, FASTER.other, least=1.5, stage="basis")
+    found = judged(claim(one), run(reuse(*rows)))
+    assert (found["verdict"], found["cases"][0]["ratio"]) == ("confirmed", 2)
+
+
 def test_verdict_of_cases_that_differ_says_how_many_held():
     made = run(reuse([0.1] * 9, [0.2] * 9), reuse([0.3] * 9, [0.2] * 9))
     found = judged(claim(FASTER, published="3 times"), made)

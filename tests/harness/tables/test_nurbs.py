@@ -1,9 +1,10 @@
 import pytest
 
+from lodbench.harness.plan.registry import systems
 from lodbench.harness.plan.table import table
 from tests.harness.records import group, rows_of, subject
 
-TABLES = ("nurbs_grids", "rc13_6_2", "rc13_6_3_to_6_6")
+TABLES = ("nurbs_basis", "nurbs_grids", "rc13_6_2", "rc13_6_3_to_6_6")
 
 
 @pytest.mark.parametrize("name", TABLES)
@@ -25,6 +26,29 @@ def test_grids_are_compared_by_points_per_second():
     assert rows["stair"]["vertices_per_s"] == pytest.approx(4e6)
     assert rows["stair"]["ratio_to_numpy_nurbs"] == pytest.approx(4)
     assert rows["stair"]["quads"] == 81
+
+
+def test_a_peer_on_the_host_stands_in_a_group_of_two():
+    for name in ("nurbs_grids", "rc13_figures_2_10_to_2_13"):
+        for found in table(name).groups(False):
+            kinds = [systems()[one.system].runs_on for one in found.subjects]
+            assert "host" not in kinds or (len(kinds) == 2 and found.warm), found.name
+
+
+def test_ways_to_evaluate_basis_functions_are_compared_by_their_stage():
+    counters = {"triangles": 1000, "vertices": 4000, "side_samples": 2000}
+    found = group(
+        *(
+            subject(name, [{"basis": s, "vertex": 0.5}] * 10, counters=counters)
+            for name, s in (("stair", 1e-6), ("triangle", 2e-6), ("cox_de_boor", 4e-6))
+        ),
+        table="nurbs_basis",
+    )
+    rows, _ = rows_of("nurbs_basis", found)
+    assert rows["stair"]["basis_ratio_to_cox_de_boor"] == pytest.approx(4)
+    assert rows["triangle"]["basis_ratio_to_cox_de_boor"] == pytest.approx(2)
+    assert rows["cox_de_boor"]["basis_ratio_to_cox_de_boor"] is None
+    assert rows["stair"]["ns_per_sample"] == pytest.approx(0.5)
 
 
 def test_culling_says_what_it_leaves_and_what_it_loses():

@@ -174,6 +174,23 @@ def test_uniform_nurbs_past_the_caches_gives_the_same_bytes(device, monkeypatch)
     assert got == expected
 
 
+@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("degrees", [(2, 3), (7, 5)])
+def test_uniform_nurbs_gives_long_rows_the_same_bytes_however_they_are_cut(
+    device, monkeypatch, degrees, rational
+):
+    model = NurbsModel(tuple(random_surface(degrees, (2, k), 3, rational) for k in (1, 2, 5)))
+    whole = made(device, model, 7)
+    assert_near_scipy(whole)
+    assert whole.check().passed
+    for chunk, group in ((8, 1), (40, 2), (1 << 15, 1)):
+        monkeypatch.setattr("lodbench.kernels.nurbs.tessellated.LONG_CHUNK", chunk)
+        monkeypatch.setattr("lodbench.kernels.nurbs.tessellated.LONG_GROUP", group)
+        (cut,), (one,) = made(device, model, 7).result(), whole.result()
+        assert cut.positions.tobytes() == one.positions.tobytes()
+        assert cut.normals.tobytes() == one.normals.tobytes()
+
+
 def test_uniform_nurbs_normals_are_a_part_that_may_be_left_out(device):
     model = nurbs.mixed_degrees()
     alone = made(device, model, 3, normals=False).result()[0]
