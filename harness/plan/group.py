@@ -83,8 +83,9 @@ class Group:
     from, where it is not the run's; `path`: what is drawn apart is seen from along it, every frame recorded;
     `reference`: label of a refinement against which the others are compared, at the same parameters of the same
     pattern, or, with `nearest`, by how far its vertices are from them; `focus`: where `quality` is measured once more,
-    apart from the rest; `same`: digests of the bytes of results and pictures are kept, to be compared; `warm`: each sample follows at once on a frame of the same subject that is not timed, so that
-    the caches hold what it left there and its threads are awake, as in a loop of frames, and not what others left.
+    apart from the rest; `same`: digests of the bytes of results and pictures are kept, to be compared; `warm`: each
+    sample follows at once on a frame of the same subject that is not timed, so that the caches hold what it left there
+    and its threads are awake, as in a loop of frames, and not what others left.
     """
 
     dataset: str
