@@ -14,10 +14,17 @@ from typing import Any, Literal
 
 @dataclass(frozen=True)
 class Pick:
-    """The subjects that a claim speaks of: a system, with these parameters whatever the others are."""
+    """The subjects that a claim speaks of: a system, with these parameters whatever the others are, but not with those.
+
+    Attributes:
+        system: its name.
+        params: that it has.
+        without: that it does not have, such as what is ours and not the paper's.
+    """
 
     system: str
     params: Mapping[str, Any] = field(default_factory=dict)
+    without: Mapping[str, Any] = field(default_factory=dict)
 
     def __str__(self) -> str:
         words = [self.system, *(f"{key}={value}" for key, value in self.params.items())]
@@ -63,6 +70,8 @@ class Claim:
     note: str = ""
 
 
+OURS = {"test": "mean"}  # of adaptive tessellation
+
 CLAIMS = (
     Claim(
         "rc13_reuse",
@@ -75,8 +84,8 @@ CLAIMS = (
         "adaptive tessellation makes fewer triangles and is yet slower than non-adaptive, since its threads diverge",
         "Concheiro 2013, chapter 3 (DABT)",
         (
-            Comparison(Pick("dabt"), Pick("vst"), "fewer triangles", least=1.0),
-            Comparison(Pick("dabt"), Pick("vst"), most=1.0),
+            Comparison(Pick("dabt", without=OURS), Pick("vst"), "fewer triangles", least=1.0),
+            Comparison(Pick("dabt", without=OURS), Pick("vst"), most=1.0),
         ),
         note="a CPU's lanes stand for a GPU's threads: that it is slower is measured, that divergence is why is not",
     ),
@@ -84,7 +93,7 @@ CLAIMS = (
         "rc13_semi_adaptive",
         "semi-adaptive tessellation wins back the speed that adaptive tessellation loses",
         "Concheiro 2013, chapter 4",
-        (Comparison(Pick("semi_adaptive"), Pick("dabt"), least=1.0),),
+        (Comparison(Pick("semi_adaptive", without=OURS), Pick("dabt", without=OURS), least=1.0),),
     ),
     Claim(
         "rc13_constant_memory",

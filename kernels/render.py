@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.finest import finest
+from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.kernels import verbs
 from lodbench.kernels.api import open_device
 from lodbench.kernels.inputs import as_mesh, with_triangles
@@ -165,7 +166,7 @@ def render(
     """A picture of a mesh, (height, width, 3) uint8.
 
     Args:
-        points: (n, 3) floats, or a mesh alone: see `as_mesh`.
+        points: (n, 3) floats, or a mesh alone: see `as_mesh`; or Bezier patches or a NURBS model.
         faces: (m, 3) integers.
         camera: a `View` of the world (its size is the picture's), or azimuth and elevation in degrees; None: (30, 20).
         size: width and height, pixels, 1 to 16384 each.
@@ -178,23 +179,35 @@ def render(
         colour_map: of matplotlib, or (n, 3) colours 0..1.
         colour_range: the values at its ends; None: the least and the largest.
         refine: a system with the verb refine: what is drawn is the mesh as it refines it for this view, on the device.
+            Of patches and NURBS models one with the verb tessellate; None: the first that takes them.
         device: an open device, a name for `Device.open`, or None for the default.
-        **options: of that system's Params, such as segments, or surface and by of adaptive patterns.
+        **options: of that system's Params, such as segments, surface and by of adaptive patterns, level of patches.
 
     Raises:
         TypeError, ValueError: an argument is wrong.
         Unsupported: the device cannot hold the mesh or the image.
     """
-    mesh = with_triangles(as_mesh(points, faces))
+    mesh, surface = looked_at(points, faces)
     if not isinstance(camera, View):  # seen from near by, where no digits are lost
         view = mesh_view(mesh.with_origin(None), camera or CAMERA, size, up)
     else:
         view = camera if mesh.origin is None else moved(camera, -mesh.origin)
     shading = shading_of(mesh, colour, wireframe, cull, colour_map, colour_range)
     opened = open_device(device)
-    drawn = drawn_surfaces(opened, mesh, shading, refine, options)
+    drawn = drawn_surfaces(opened, surface, shading, refine, options)
     (image,) = pictures(opened, drawn, [view], shading, samples)
     return image
+
+
+Curved = BezierPatches | NurbsModel
+
+
+def looked_at(points: Any, faces: Any) -> tuple[TriangleMesh, TriangleMesh | Curved]:
+    """What is to be seen as a mesh, which a camera is placed by, and as what it is."""
+    if isinstance(points, Curved) and faces is None:
+        return finest(points), points
+    mesh = with_triangles(as_mesh(points, faces))
+    return mesh, mesh
 
 
 Drawn = Callable[[View], Sequence[DeviceSurface]]
@@ -203,18 +216,18 @@ Drawn = Callable[[View], Sequence[DeviceSurface]]
 
 def drawn_surfaces(
     device: Device,
-    mesh: TriangleMesh,
+    mesh: TriangleMesh | Curved,
     shading: Shading,
     refine: str | None,
     options: Mapping[str, Any],
 ) -> Drawn:
-    """The mesh itself, or as a system refines it for each view.
+    """The mesh itself, or as a system refines or tessellates it for each view.
 
     Raises:
         TypeError, ValueError: an unknown system or option, or values that colour a mesh that is refined.
         Unsupported: the device cannot hold the mesh.
     """
-    if refine is None:
+    if refine is None and isinstance(mesh, TriangleMesh):
         if options:
             raise TypeError(
                 f"{next(iter(options))}: expected with refine, the system whose option it is"
@@ -223,9 +236,8 @@ def drawn_surfaces(
         return lambda view: [surface]
     if shading.values is not None:
         raise ValueError("colour: expected no values where the mesh is refined, got some")
-    verbs.method("refine", check("refine", refine, str), mesh)
-    system = verbs.declared(refine)
-    assert system is not None
+    verb = "refine" if isinstance(mesh, TriangleMesh) else "tessellate"
+    system = verbs.answering(verb, check("refine", refine, str | None), mesh)
     kind = type(next(iter(system.cases.values())))
     prepared = system.prepare(device, mesh, kind.named(**options))
 

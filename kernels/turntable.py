@@ -10,10 +10,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.api import open_device
-from lodbench.kernels.inputs import as_mesh, with_triangles
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import Range, check
-from lodbench.kernels.render import CAMERA, UP, direction, drawn_surfaces, pictures, shading_of
+from lodbench.kernels.render import (
+    CAMERA,
+    UP,
+    direction,
+    drawn_surfaces,
+    looked_at,
+    pictures,
+    shading_of,
+)
 from lodbench.kernels.stages.camera import distance_to_show, look_at
 from lodbench.kernels.stages.paths import CameraPath
 from lodbench.kernels.stages.raster import Side
@@ -48,20 +55,24 @@ def turntable(
         camera: azimuth of the first and elevation of all, degrees.
         path: "turntable"; or along a `CameraPath`, whose camera is its own: "orbit", around while the eye draws back to
             16 times the distance and returns; "fly_through", from there through the middle and as far again.
-        refine: a system with the verb refine, which refines the mesh anew for each picture, on the device.
+        refine: a system with the verb refine, or of patches tessellate, which does so anew for each picture, on the
+            device.
 
     The other arguments and errors are those of `render`.
     """
     frames = check("frames", frames, Annotated[int, Range(1, 1000)])
     size, path = check("size", size, tuple[Side, Side]), check("path", path, Path)
-    mesh = with_triangles(as_mesh(points, faces)).with_origin(None)
+    mesh, surface = looked_at(points, faces)
+    mesh = mesh.with_origin(None)
     if path == "turntable":
         views = _around(mesh, frames, camera, size, up)
     else:
         views = CameraPath(path, max(frames, 2)).views(*mesh.box, size=size)[:frames]
     shading = shading_of(mesh, colour, wireframe, cull, colour_map, colour_range)
     opened = open_device(device)
-    drawn = drawn_surfaces(opened, mesh, shading, refine, options)
+    drawn = drawn_surfaces(
+        opened, mesh if isinstance(surface, TriangleMesh) else surface, shading, refine, options
+    )
     return np.stack(list(pictures(opened, drawn, views, shading, samples)))
 
 

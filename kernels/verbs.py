@@ -44,8 +44,8 @@ def _answering(verb: str) -> Iterator[System[Any]]:
             yield system
 
 
-def method(verb: str, name: str | None, surface: Any) -> Callable[..., Result]:
-    """The function that does `verb` to `surface`: that of the system `name`, or of the preferred one.
+def answering(verb: str, name: str | None, surface: Any) -> System[Any]:
+    """The system that does `verb` to `surface`: that of this name, or the preferred one.
 
     Raises:
         ValueError: no system of this name does that.
@@ -58,11 +58,16 @@ def method(verb: str, name: str | None, surface: Any) -> Callable[..., Result]:
             able = ", ".join(system.name for system in _answering(verb))
             raise ValueError(f"method: expected one of {able}, got {preferred!r}")
         if isinstance(surface, system.takes):
-            return system.verbs[verb]
+            return system
     able = ", ".join(s.name for s in _answering(verb) if isinstance(surface, s.takes))
     if not able:
         raise TypeError(f"{verb}: expected a surface that some system takes, got {kind}")
     raise TypeError(f"method: expected {able} for a {kind}, got {name or 'none'}")
+
+
+def method(verb: str, name: str | None, surface: Any) -> Callable[..., Result]:
+    """The function with which `answering` does that; its errors are the same."""
+    return answering(verb, name, surface).verbs[verb]
 
 
 def streaming(name: str | None) -> Callable[..., Left]:

@@ -65,6 +65,11 @@ def tessellate_methods() -> list[str]:
     return _methods("tessellate")
 
 
+def drawing_methods() -> list[str]:
+    """What `render --refine` takes."""
+    return [*_methods("refine"), *_methods("tessellate")]
+
+
 def displacements() -> tuple[str, ...]:
     """Kinds that `refine --displace` takes, each with its sign, and files of the folder one is in."""
     here = (path.name for path in Path().iterdir() if path.suffix.lower() in RAISING)

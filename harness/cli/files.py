@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -97,6 +98,50 @@ def read_source(path: Path) -> Source:
         return Source(images.read_geometry_image(path, data))
     mesh = read.parse_mesh(data, path)
     return Source(mesh, tuple(contents.extras(data, path)))
+
+
+def read_curved(path: Path) -> Any:
+    """The surfaces of a file, patches on standard input, or a dataset where there is no file of that name.
+
+    Raises:
+        ValueError: an unknown name or kind; FileError where the file cannot be read.
+    """
+    from lodbench.datasets_gen import catalogue, nurbs_files, patches
+    from lodbench.datasets_gen.read import FileError
+    from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel
+
+    if str(path) == STANDARD:
+        if sys.stdin.isatty():
+            raise ValueError("IN: expected patches on standard input, got a terminal")
+        return patches.parse_patches(sys.stdin.buffer.read(), "<stdin>")
+    if path.exists() or path.suffix or len(path.parts) > 1:
+        suffix = path.suffix.lower()
+        if suffix in nurbs_files.SUFFIXES:
+            return nurbs_files.read_nurbs(path)
+        if suffix in patches.SUFFIXES:
+            return patches.read_patches(path)
+        known = " ".join((*patches.SUFFIXES, *nurbs_files.SUFFIXES))
+        raise FileError(f"{path}: expected a suffix of {known}, got {path.suffix!r}")
+    surface = catalogue.load(str(path)).surface
+    if not isinstance(surface, BezierPatches | NurbsModel):
+        got = f"{type(surface).__name__} of {path}"
+        raise ValueError(f"IN: expected Bezier patches or NURBS surfaces, got {got}")
+    return surface
+
+
+def is_curved(path: Path) -> bool:
+    """Are these patches or NURBS surfaces, by the name: a file's suffix, what is in an NPZ, or a dataset's kind?"""
+    from lodbench.datasets_gen import catalogue, nurbs_files, patches
+    from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel
+
+    if str(path) == STANDARD:
+        return False
+    if path.exists() or path.suffix or len(path.parts) > 1:
+        suffix = path.suffix.lower()
+        if suffix == ".npz" and zipfile.is_zipfile(path):
+            return "patches.npy" in zipfile.ZipFile(path).namelist()
+        return suffix in (*patches.SUFFIXES, *nurbs_files.SUFFIXES) and suffix != ".npz"
+    return isinstance(catalogue.load(str(path)).surface, BezierPatches | NurbsModel)
 
 
 class Target:

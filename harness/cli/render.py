@@ -10,7 +10,7 @@ import typer
 
 from lodbench.harness.cli import complete
 from lodbench.harness.cli.app import app
-from lodbench.harness.cli.files import InArgument, Target, read_source
+from lodbench.harness.cli.files import Target, is_curved, read_curved, read_source
 from lodbench.harness.cli.options import (
     DeviceOption,
     JsonOption,
@@ -45,9 +45,27 @@ def _write_all(folder: Path, images: Any) -> None:
         write_png(folder / f"{number:04}.png", image)
 
 
+def _amounts(surface: Any) -> dict[str, int]:
+    """How much there is to draw, and of what."""
+    from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel
+
+    if isinstance(surface, BezierPatches):
+        return {"patches": len(surface.points)}
+    if isinstance(surface, NurbsModel):
+        return {"surfaces": len(surface.surfaces)}
+    return {"triangles_in": surface.triangle_count}
+
+
 @app.command()
 def render(
-    source: InArgument,
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="IN",
+            autocompletion=complete.datasets,
+            help="What `simplify` takes, or `tessellate`; or - for a mesh on standard input.",
+        ),
+    ],
     out: Annotated[
         Path,
         typer.Argument(
@@ -74,8 +92,14 @@ def render(
         str | None,
         typer.Option(
             "--refine",
-            autocompletion=complete.refine_methods,
-            help="A system that refines the mesh anew for each picture.",
+            autocompletion=complete.drawing_methods,
+            help="A system that refines the mesh, or tessellates patches, anew for each picture.",
+        ),
+    ] = None,
+    level: Annotated[
+        int | None,
+        typer.Option(
+            "--level", "-n", help="Of patches: 2^level segments a side; with -s by=screen at most."
         ),
     ] = None,
     settings: OwnOption = None,
@@ -98,13 +122,15 @@ def render(
     json_output: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """A picture of a mesh, or a full turn of it.
+    """A picture of a mesh or of Bezier patches, or a full turn of it.
 
     Example: lodbench render small.ply small.png --camera 120,10 --wireframe
 
     Turning: lodbench render small.ply small.gif --turntable 12 --size 160x128
 
     Refined anew for each: lodbench render small.ply lod.gif --path orbit --refine adaptive_patterns -s by=screen
+
+    Patches: lodbench render pot_32 pots.gif --path orbit --turntable 8 --size 160x128 -s by=screen
 
     Piped: lodbench datasets make terrain_2k - | lodbench render - terrain.png --up z
     """
@@ -125,7 +151,12 @@ def render(
         "wireframe": wireframe, "cull": cull, "up": up, "refine": refine,
         "device": Device.open(device), **parameters(settings),
     }  # fmt: skip
-    mesh = read_source(source).triangles().surface
+    curved = is_curved(source)
+    mesh = read_curved(source) if curved else read_source(source).triangles().surface
+    if level is not None:
+        if not curved:
+            raise ValueError(f"--level: expected patches or NURBS surfaces, got a mesh: {source}")
+        look["level"] = level
     started = time.perf_counter()
     if not turning:
         target.write(png_bytes(draw(mesh, **look)))
@@ -135,12 +166,14 @@ def render(
             _write_all(out, images)
         else:
             target.write(gif_bytes(images, SECONDS_PER_TURN))
-    facts = {"out": out, "triangles_in": mesh.triangle_count, "width": pixels[0],
-             "height": pixels[1], "wall_s": time.perf_counter() - started}  # fmt: skip
+    amounts = _amounts(mesh)
+    facts = {"out": out, **amounts, "width": pixels[0], "height": pixels[1],
+             "wall_s": time.perf_counter() - started}  # fmt: skip
     if json_output:
         target.say_json(facts)
     elif not quiet:
+        what, count = next(iter(amounts.items()))
         target.say(
-            f"{out}: {mesh.triangle_count:,} triangles, {pixels[0]}x{pixels[1]} pixels, "
+            f"{out}: {count:,} {what.removesuffix('_in')}, {pixels[0]}x{pixels[1]} pixels, "
             f"{facts['wall_s']:.2f} s"
         )

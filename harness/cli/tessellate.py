@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,7 +10,7 @@ import typer
 
 from lodbench.harness.cli import complete
 from lodbench.harness.cli.app import app
-from lodbench.harness.cli.files import STANDARD, FormatOption, MeshTarget, OutArgument, Source
+from lodbench.harness.cli.files import FormatOption, MeshTarget, OutArgument, Source, read_curved
 from lodbench.harness.cli.options import (
     DeviceOption,
     JsonOption,
@@ -20,31 +19,6 @@ from lodbench.harness.cli.options import (
     parameters,
 )
 from lodbench.harness.cli.output import say
-
-
-def _curved(path: Path) -> Any:
-    """The surfaces of a file, patches on standard input, or a dataset where there is no file of that name."""
-    from lodbench.datasets_gen import catalogue, nurbs_files, patches
-    from lodbench.datasets_gen.read import FileError
-    from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel
-
-    if str(path) == STANDARD:
-        if sys.stdin.isatty():
-            raise ValueError("IN: expected patches on standard input, got a terminal")
-        return patches.parse_patches(sys.stdin.buffer.read(), "<stdin>")
-    if path.exists() or path.suffix or len(path.parts) > 1:
-        suffix = path.suffix.lower()
-        if suffix in nurbs_files.SUFFIXES:
-            return nurbs_files.read_nurbs(path)
-        if suffix in patches.SUFFIXES:
-            return patches.read_patches(path)
-        known = " ".join((*patches.SUFFIXES, *nurbs_files.SUFFIXES))
-        raise FileError(f"{path}: expected a suffix of {known}, got {path.suffix!r}")
-    surface = catalogue.load(str(path)).surface
-    if not isinstance(surface, BezierPatches | NurbsModel):
-        got = f"{type(surface).__name__} of {path}"
-        raise ValueError(f"IN: expected Bezier patches or NURBS surfaces, got {got}")
-    return surface
 
 
 @app.command()
@@ -109,7 +83,7 @@ def tessellate(
 
     target = MeshTarget(out, form)
     target.check()
-    surface = _curved(source)
+    surface = read_curved(source)
     for note in getattr(surface, "notes", ()):
         say(f"note: {source}: {note}", err=True)
     near = {} if tolerance is None else {"tolerance": tolerance}

@@ -1,4 +1,4 @@
-"""Pictures of adaptive tessellations: one level for all, on edges, inside too; and the three tests; coloured by level.
+"""Pictures of adaptive tessellations: one level for all, on edges, inside too; and the tests; coloured by level.
 
 Source: Concheiro 2013, figures 4.5 and 3.17, for what is shown.
 """
@@ -28,6 +28,7 @@ SHOWN = (
     ("dabt", {"test": "distance"}, "by distance, on edges and inside"),
     ("dabt", {"test": "flat"}, "by the angle between normals"),
     ("dabt", {"test": "length"}, "by length"),
+    ("dabt", {"test": "mean"}, "by the mean error of grids"),
 )
 
 

@@ -36,6 +36,7 @@ def _subjects(group: GroupRecord, pick: Pick) -> list[SubjectRecord]:
         if subject.system == pick.system
         and counts(subject)
         and all((subject.params or {}).get(key) == value for key, value in pick.params.items())
+        and not any((subject.params or {}).get(key) == value for key, value in pick.without.items())
         and not _one_core(group, subject.label)
     ]
 

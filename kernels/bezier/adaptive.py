@@ -16,21 +16,19 @@ from lodbench.kernels.bezier.candidates import (
     CELL,
     DEEPEST,
     NODES,
-    SAMPLES,
     Flags,
     cell_samples,
     nodes_of,
-    triangle_counts,
     ways_of,
 )
 from lodbench.kernels.bezier.divergence import divergence
-from lodbench.kernels.bezier.lattice import side_vertices, stored_map
-from lodbench.kernels.bezier.measures import (
-    TESTS,
-    edge_levels,
-    inverse_diagonal,
-    screen_rows,
+from lodbench.kernels.bezier.grids import (
+    PIECES,
+    piece_levels,
+    piece_triangles,
 )
+from lodbench.kernels.bezier.lattice import side_vertices, stored_map
+from lodbench.kernels.bezier.measures import TESTS, inverse_diagonal, screen_rows
 from lodbench.kernels.bezier.sources import normal_sources
 from lodbench.kernels.bezier.tessellated import (
     CONTROL_FLOATS,
@@ -40,14 +38,12 @@ from lodbench.kernels.bezier.tessellated import (
     vertex_total,
 )
 from lodbench.kernels.launching import group_size
-from lodbench.kernels.opencl import Device, Program, Timeline
+from lodbench.kernels.opencl import Device, Launch, Program, Timeline
 from lodbench.kernels.stages.scan import ExclusiveScan
 from lodbench.kernels.subject import POINT, DeviceSubject, Step
 from lodbench.kernels.system import Check, DeviceSurface, Frame, Stored, View
 
-FIRST_SHARE = (
-    0.25  # of the vertices and triangles that there can be, for which there is room to begin with
-)
+FIRST_SHARE = 0.25  # of the vertices and triangles that there can be: room to begin with
 FIRST_VERTICES = 1 << 16  # or for so many
 SPARE = 1.25  # times the room that a frame needed
 MOST_VERTICES, MOST_TRIANGLES = NODES, CELL * CELL  # of a coarse triangle
@@ -84,6 +80,12 @@ class Adaptive(DeviceSubject):
             self._map = self.upload("map", stored_map(self._level), role="pattern")
             self._sources = self.upload("sources", normal_sources(self._borders), role="pattern")
         self._masks = self.allocate("masks", 2 * self.cells, np.uint64)
+        names = "vertex", "triangle"
+        self._sizes = {f"{n}_counts": self.allocate(n, self.cells, np.uint32) for n in names}
+        self._offsets = [self.allocate(f"{n}_offsets", self.cells, np.uint32) for n in names]
+        self._totals = [self.allocate(f"{n}_total", 1, np.uint32) for n in names]
+        self._counts = self.allocate("counts", 2, np.uint32, "output")
+        self._testing: Launch | None = None
         self._seen: View | None = None
 
     def build(self, *files: str, **defines: int) -> Program:
@@ -104,28 +106,27 @@ class Adaptive(DeviceSubject):
             tested: further arguments of the first, which `emitted` are of the second.
         """
         params, cells = self._params, self.cells
-        self._emit = f"{kernel}_emit", emitted
         least = params.least if params.test == "flat" else params.least**2
-        sizes = [self.allocate(f"{n}_counts", cells, np.uint32) for n in ("vertex", "triangle")]
-        self._offsets = [
-            self.allocate(f"{n}_offsets", cells, np.uint32) for n in ("vertex", "triangle")
-        ]
-        self._totals = [self.allocate(f"{n}_total", 1, np.uint32) for n in ("vertex", "triangle")]
-        self._counts = self.allocate("counts", 2, np.uint32, "output")
         self._testing = self._tests.launch(
             f"{kernel}_test", cells, stage="geometry_test", local=group_size(self.device),
-            map=self._map, controls=self._controls, masks=self._masks, vertex_counts=sizes[0],
-            triangle_counts=sizes[1], screen=self._screen(None),
-            measure=(self._inverse, min(least, 1e38)), map_stride=self._map.shape[1],
-            side=side_vertices(self._level), depth=params.finest_depth, cell_count=cells, **tested,
+            map=self._map, controls=self._controls, masks=self._masks, **self._sizes,
+            screen=self._screen(None), measure=(self._inverse, min(least, 1e38)),
+            map_stride=self._map.shape[1], side=side_vertices(self._level),
+            depth=params.finest_depth, cell_count=cells, **tested,
         )  # fmt: skip
         self.add(self._testing, bytes=4 * CONTROL_FLOATS * self.count + 24 * cells)
+        self.finish(f"{kernel}_emit", emitted)
+
+    def finish(self, emit: str, emitted: Mapping[str, Any]) -> None:
+        """After the steps that test: where vertices begin, room for them, what emits them, a frame to warm up."""
+        self._emit = emit, emitted
+        sizes = self._sizes.values()
         for counts, offsets, total in zip(sizes, self._offsets, self._totals, strict=True):
             with self.holding("scratch"):
                 scan = ExclusiveScan(self.device, counts, offsets, total)
-            self.add(scan, bytes=8 * cells, stage="scan")
+            self.add(scan, bytes=8 * self.cells, stage="scan")
         self._fixed = len(self._steps)
-        most = 2 * cells * np.array([MOST_VERTICES, MOST_TRIANGLES])
+        most = 2 * self.cells * np.array([MOST_VERTICES, MOST_TRIANGLES])
         self._make_room(
             *np.minimum(most, np.maximum(FIRST_SHARE * most, FIRST_VERTICES)).astype(int)
         )
@@ -175,7 +176,7 @@ class Adaptive(DeviceSubject):
         """Tests by the frame's view, counts, and what they emit."""
         if not self.count:
             return ()
-        if frame.view is not self._seen:
+        if frame.view is not self._seen and self._testing:
             self._testing.set(screen=self._screen(frame.view))
             self._seen = frame.view
         return self._steps
@@ -228,7 +229,7 @@ class Adaptive(DeviceSubject):
         masks = self.masks()
         patch, cell, triangle, node = np.nonzero(nodes_of(masks))
         way = ways_of(masks)[patch, cell, triangle]
-        return patch, cell_samples(self._level)[cell, SAMPLES[way, node]]
+        return patch, cell_samples(self._level)[cell, PIECES[way, node]]
 
     @property
     def map_level(self) -> int:
@@ -237,8 +238,8 @@ class Adaptive(DeviceSubject):
 
     def triangle_levels(self) -> NDArray[np.int64]:
         """Of each triangle of the last frame, the finest level of its coarse triangle: 0 to 3."""
-        flags = nodes_of(self.masks()).reshape(-1, NODES)
-        return np.repeat(edge_levels(flags).max(axis=-1), triangle_counts(flags))
+        masks = self.masks().ravel()
+        return np.repeat(piece_levels(masks), piece_triangles(masks))
 
     def welded(self) -> TriangleMesh:
         """The last frame's mesh with every shared vertex once, and triangles at collapsed edges left out.
@@ -270,8 +271,8 @@ class Adaptive(DeviceSubject):
 
     def more_counters(self) -> Mapping[str, int | float]:
         """The coarse triangles, how their levels are spread, and how unlike their work is."""
-        flags = nodes_of(self.masks()).reshape(-1, NODES)
-        levels = np.bincount(edge_levels(flags).max(axis=-1), minlength=DEEPEST + 1)
+        masks = self.masks().ravel()
+        flags, levels = nodes_of(masks), np.bincount(piece_levels(masks), minlength=DEEPEST + 1)
         return {
             "patches": self.count,
             "coarse_triangles": 2 * self.cells,

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import BezierPatches, TriangleMesh
 from lodbench.kernels.bezier.adaptive_params import AdaptiveParams
@@ -17,6 +19,14 @@ from lodbench.kernels.bezier.candidates import (
     nodes_of,
     ways_of,
 )
+from lodbench.kernels.bezier.grids import (
+    FIRST_HALF,
+    Wish,
+    edges_of,
+    grid_costs,
+    grid_masks,
+)
+from lodbench.kernels.bezier.half_strips import half_strips
 from lodbench.kernels.bezier.lattice import lattice_parameters
 from lodbench.kernels.bezier.measures import (
     SCREEN,
@@ -31,11 +41,22 @@ from lodbench.kernels.bezier.strips import strips
 from lodbench.kernels.bezier.tessellated import CHECKED, NORMAL_LIMIT, POSITION_LIMIT
 from lodbench.kernels.system import Check, View
 
+NODE_BITS = (1 << NODES) - 1
 CERTAIN = 1e-3
 """A measure that is nearer to the threshold than this share of it may fall to either side in float32; so may one within
 what the roundings of points come to."""
-ROUNDING = {"distance": 4e-6, "flat": 4e-6, "length": 1e-4 * SCREEN}
+ROUNDING = {"distance": 4e-6, "flat": 4e-6, "length": 1e-4 * SCREEN, "mean": 4e-6}
+ROUNDED_AREA = 1e-7  # what the area of a line comes to in float32, in squares of the diagonal
 Inserted = Callable[[Flags, Flags, int], Flags]
+
+
+@dataclass(frozen=True, eq=False)
+class Wished:
+    """What was chosen by the test "mean": the wish of each cell, its edges' rings, and the area of all."""
+
+    wishes: Integers
+    ring: NDArray[np.uint32]
+    area: float
 
 
 def judged(
@@ -45,7 +66,7 @@ def judged(
     mesh: TriangleMesh,
     masks: Masks,
     where: tuple[Integers, Integers],
-    inserted: Inserted,
+    expected: Inserted | Wished,
 ) -> Check:
     """Some patches, spread over all, are compared.
 
@@ -56,7 +77,7 @@ def judged(
         mesh: what came out.
         masks: (m, cells, 2) nodes and way of each coarse triangle.
         where: patch and virtual vertex of each vertex.
-        inserted: which nodes a coarse triangle has, of those that pass.
+        expected: which nodes a coarse triangle has, of those that pass; or what was wished for.
     """
     count = len(patches.points)
     some = np.unique(np.linspace(0, max(count - 1, 0), min(CHECKED, count)).astype(np.int64))
@@ -66,7 +87,10 @@ def judged(
     own = np.searchsorted(some, patch[taken])
     u, v = lattice_parameters(params.base + DEEPEST)
     inverse = inverse_diagonal(patches.points)
-    wrong = _wrong_masks(P, params, inverse, view, masks[some], inserted)
+    if isinstance(expected, Wished):
+        wrong = _wrong_grids(P, params, inverse, masks, some, expected)
+    else:
+        wrong = _wrong_masks(P, params, inverse, view, masks[some], expected)
     worst = float(wrong + _wrong_triangles(mesh, masks))
     box = patches.points.reshape(-1, 3).astype(np.float64)
     size = max(np.linalg.norm(np.ptp(box, axis=0)), np.abs(box).max()) if len(box) else 1.0
@@ -106,6 +130,43 @@ def _wrong_masks(
     return 2 * int(wrong.sum())
 
 
+def _wrong_grids(
+    P: Doubles,
+    params: AdaptiveParams,
+    inverse: float,
+    masks: Masks,
+    some: Integers,
+    asked: Wished,
+) -> int:
+    """Cells of some patches that wish for more than the cheapest grid, and of all whose masks do not follow; 2 each."""
+    wrong = (
+        grid_masks(asked.wishes, edges_of(asked.wishes, asked.ring)) != masks.reshape(-1, 2)
+    ).any(axis=-1)
+    price = params.least * asked.area
+    whole, halves, areas = grid_costs(P, params.base, inverse, price)
+    own = Wish.of(asked.wishes.reshape(masks.shape[:2])[some].ravel())
+    depth = params.finest_depth
+    halves = halves[..., :depth, : depth + 1].reshape(
+        whole.size // 2, *halves.shape[2:5], depth, depth + 1
+    )
+    least = [whole.min(-1).ravel()]
+    if depth:
+        least += list(halves.min((3, 4, 5)).sum(2).T)
+    cell = np.arange(len(own.cut))
+    costs = [np.take_along_axis(whole.reshape(-1, 2), own.other[:, :1], 1)[:, 0]]
+    for cut in (0, 1) if depth else ():
+        of_half = [
+            halves[cell, cut, k, own.other[:, k], own.rows[:, k], own.columns[:, k]] for k in (0, 1)
+        ]
+        costs.append(of_half[0] + of_half[1])
+    margin = ROUNDING["mean"] * (areas.ravel() + ROUNDED_AREA)
+    dear = np.choose(own.cut, costs) > np.min(least, axis=0) * (1 + CERTAIN) + margin
+    if not price:  # whatever bends
+        dear = (own.cut == 0) | (own.rows != depth - 1).any(1) | (own.columns != depth).any(1)
+        dear &= depth > 0
+    return 2 * int(wrong.sum() + dear.sum())
+
+
 def _bends(bends: Doubles, ways: Integers) -> tuple[Doubles, Doubles]:
     """Of base and diagonal, (m, cells, 2, 2) each: as chosen, and the least that there were to choose from."""
     own = np.take_along_axis(bends, ways[..., None], axis=2)
@@ -118,9 +179,11 @@ def _bends(bends: Doubles, ways: Integers) -> tuple[Doubles, Doubles]:
 def _wrong_triangles(mesh: TriangleMesh, masks: Masks) -> int:
     """Coarse triangles, of the first few, whose triangles are not those of the readable form; 2 for each."""
     wrong = vertex = triangle = 0
-    for mask in (masks.ravel()[:CHECKED] & np.uint64((1 << NODES) - 1)).tolist():
-        expected = np.array(strips(mask), np.uint32).reshape(-1, 3) + vertex
+    for mask in masks.ravel()[:CHECKED].tolist():
+        is_half = mask >> 60 >= FIRST_HALF
+        own = half_strips(mask) if is_half else strips(mask & NODE_BITS)
+        expected = np.array(own, np.uint32).reshape(-1, 3) + vertex
         got = mesh.triangles[triangle : triangle + len(expected)]
         wrong += 2 * (not np.array_equal(expected, got))
-        vertex, triangle = vertex + mask.bit_count(), triangle + len(expected)
+        vertex, triangle = vertex + (mask & NODE_BITS).bit_count(), triangle + len(expected)
     return wrong

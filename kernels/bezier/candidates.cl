@@ -119,15 +119,6 @@ static inline void bezier_coarse_both(bezier_coarse both[2], const bezier_measur
     }
 }
 
-// as a mask, with the corners
-static inline ulong bezier_edge_mask(const uint left, const uint right, const uint base)
-{
-    ulong mask = 1ul | 1ul << bezier_node(CELL, 0) | 1ul << bezier_node(CELL, CELL) | (ulong)base << bezier_node(CELL, 0);
-    for (uint k = 1; k < CELL; ++k)
-        mask |= (ulong)(left >> k & 1) << bezier_node(k, 0) | (ulong)(right >> k & 1) << bezier_node(k, k);
-    return mask;
-}
-
 // is the candidate inside, in row r of a triangle, inserted? Its chord lies along the row, and within the triangle
 static inline uint bezier_inserts(const bezier_measures *m, const uint4 corners, const uint r, const uint c)
 {

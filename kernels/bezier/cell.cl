@@ -11,10 +11,13 @@
 // Defines   NORMALS (1: normals too), STREAMING (bezier/output.cl; 1: rows are written to a work-item's own store)
 
 // node (r, c) of a triangle, 0 <= c <= r <= 8, is bit r (r + 1) / 2 + c of its mask: left c = 0, right c = r, base r = 8.
-// Which corner of the cell is row 0, and which are the ends of the base, is the triangle's way, 0 to 11, from bit 60 on
+// Which corner of the cell is row 0, and which are the ends of the base, is the triangle's way, 0 to 11, from bit 60 on.
+// Ways 12 to 15 are halves of the cell: node (r, c), r <= 4, c <= 8, is bit 9 r + c; rows along j or, of 14 and 15, along i
 
 #define CELL 8
 #define CELL_SIDE 9
+#define HALF_ROWS 5
+#define FIRST_HALF 12
 #define CELL_FLOATS (3 * (CELL_SIDE * CELL_SIDE + 8)) // a row's last vector reaches into the next
 
 typedef struct {
@@ -51,6 +54,15 @@ static inline uint bezier_sample(const uint4 corners, const uint r, const uint c
     return (corners.x * (CELL - r) + corners.y * (r - c) + corners.z * c) / CELL;
 }
 
+// of a half's node
+static inline uint bezier_half_sample(const uint way, const uint r, const uint c)
+{
+    const uint row = (way & 1) * (HALF_ROWS - 1) + r;
+    return way < FIRST_HALF + 2 ? CELL_SIDE * row + c : CELL_SIDE * (CELL - c) + row;
+}
+
+static inline uint bezier_half_row(const ulong mask, const uint r) { return (uint)(mask >> CELL_SIDE * r) & 0x1ff; }
+
 // the nodes of row r, from column 0 on
 static inline uint bezier_row_bits(const ulong mask, const uint r)
 {
@@ -60,6 +72,15 @@ static inline uint bezier_row_bits(const ulong mask, const uint r)
 static inline uint bezier_way(const ulong mask) { return (uint)(mask >> 60); }
 
 static inline ulong bezier_nodes(const ulong mask) { return mask & (1ul << 45) - 1; }
+
+// vertices on edges, bits 1 .. 7 from row 0 or the left on, as a mask with the corners
+static inline ulong bezier_edge_mask(const uint left, const uint right, const uint base)
+{
+    ulong mask = 1ul | 1ul << bezier_node(CELL, 0) | 1ul << bezier_node(CELL, CELL) | (ulong)base << bezier_node(CELL, 0);
+    for (uint k = 1; k < CELL; ++k)
+        mask |= (ulong)(left >> k & 1) << bezier_node(k, 0) | (ulong)(right >> k & 1) << bezier_node(k, k);
+    return mask;
+}
 
 static inline uint bezier_lowest(const uint bits) { return 31 - clz(bits & (0u - bits)); }
 

@@ -87,10 +87,13 @@ static inline void bezier_emit(__global float *restrict positions, __global floa
     uint count = 0;
     for (uint t = 0; t < 2; ++t) {
         const ulong mask = t ? masks.y : masks.x;
-        const uint4 corners = bezier_corners(bezier_way(mask));
-        for (uint r = 0; r <= CELL; ++r)
-            for (uint left = bezier_row_bits(mask, r); left; left &= left - 1, ++count) {
-                const uint at = bezier_sample(corners, r, bezier_lowest(left));
+        const uint way = bezier_way(mask);
+        const bool is_half = way >= FIRST_HALF;
+        const uint4 corners = bezier_corners(is_half ? 0 : way);
+        for (uint r = 0; r < (is_half ? HALF_ROWS : CELL_SIDE); ++r)
+            for (uint left = is_half ? bezier_half_row(mask, r) : bezier_row_bits(mask, r); left; left &= left - 1, ++count) {
+                const uint c = bezier_lowest(left);
+                const uint at = is_half ? bezier_half_sample(way, r, c) : bezier_sample(corners, r, c);
                 u[count] = (float)(cell.i + at / CELL_SIDE) * step, v[count] = (float)(cell.j + at % CELL_SIDE) * step;
             }
     }

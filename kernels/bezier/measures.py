@@ -26,7 +26,7 @@ from lodbench.kernels.bezier.lattice import edge_vertices, lattice_parameters, s
 from lodbench.kernels.bezier.reference import Doubles, bernstein_slopes, normals_at, points_at
 from lodbench.kernels.system import View
 
-TESTS = {"distance": 0, "flat": 1, "length": 2}  # TEST of measures.cl
+TESTS = {"distance": 0, "flat": 1, "length": 2, "mean": 3}  # TEST of measures.cl but for the last
 SCREEN = 1024.0  # pixels of the diagonal where there is no view: the height of the thesis's image
 ALONG = np.arange(1, CELL)
 HALF = ALONG & -ALONG

@@ -20,15 +20,17 @@
         as_float8((int8)(RECORD(0 + c), RECORD(12 + c))), as_float8((int8)(RECORD(3 + c), RECORD(15 + c))),            \
         as_float8((int8)(RECORD(6 + c), RECORD(18 + c))), as_float8((int8)(RECORD(9 + c), RECORD(21 + c))));           \
     const int8 x##c = as_int8(t.x), y##c = as_int8(t.y), z##c = as_int8(t.z), w##c = as_int8(t.w);
-#define SMALL 8
+#define SMALL 8 // pixels
+#define MEDIUM 16
+#define ENOUGH 3 // of eight
 #define RECORD(k) vload4(corners[k], screen)
 #define EIGHT_EDGES(k, ax, ay, bx, by)                                                                                 \
     const int8 dx##k = ((bx - ax) ^ flip) - flip, dy##k = ((by - ay) ^ flip) - flip;                                   \
     const int8 owned##k = (dy##k < 0) | ((dy##k == 0) & (dx##k > 0));                                                  \
     int8 row##k = (dx##k * (centre_y - ay) - dy##k * (centre_x - ax) - 1 - owned##k) >> 8;
 
-// triangles up to SMALL pixels wide and high: one per lane, all their pixel centres in step; returns the others, to be
-// drawn one by one. `id` is the first one's, `live` how many there are
+// triangles up to SMALL pixels wide and high, or MEDIUM where enough are: one per lane, all their pixel centres in step;
+// returns the others, to be drawn one by one, of which no bit differs. `id` is the first one's, `live` how many there are
 static inline uint canvas_draw_eight(
     const Canvas *canvas, Waiting *waiting, __global const int *restrict screen, const uint *corners, const uint id,
     const uint live)
@@ -47,7 +49,10 @@ static inline uint canvas_draw_eight(
     if (!seen) return 0;
 
     const int8 whole = (left >= 0) & (top >= 0) & (right < canvas->width) & (bottom < canvas->height);
-    const int8 small = whole & (high_x - low_x < SMALL * SUBPIXELS) & (high_y - low_y < SMALL * SUBPIXELS) & (clipped >= 0);
+    const int8 size = max(high_x - low_x, high_y - low_y), fits = whole & (clipped >= 0);
+    const int8 tiny = fits & (size < SMALL * SUBPIXELS), medium = fits & (size < MEDIUM * SUBPIXELS);
+    // a few larger ones would keep the rest waiting
+    const int8 small = popcount(lane_signs(medium & ~tiny)) < ENOUGH ? tiny : medium;
     const int8 area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0);
     const int8 flip = area >> 31;
     const uint others = seen & ~lane_signs(small);

@@ -3,7 +3,8 @@
 A cell of the coarse mesh is cut into power-of-two segments, a number for each direction, and along one of its
 diagonals, so that the mean error of all cells together, at equal parameters and across the surface, is least for as
 many triangles: each adds segments as long as a triangle saves more than its `price`. No crack-free tessellation by such
-grids can do with less: its edges must suit both sides.
+grids can do with less: its edges must suit both sides. Counter `least_share` is a bound of all grids, whatever segments
+they have: see there.
 
 Source: none; Concheiro 2013, chapter 3, for the coarse cells.
 """
@@ -112,6 +113,45 @@ def chosen_grids(P: Doubles, params: Params) -> NDArray[np.int64]:
     return chosen
 
 
+PLACES, INNER, STEP = 12, 7, 1e-3  # along a patch's side and within a triangle; of differences
+ASPECTS = 2.0 ** np.arange(-6, 6.25, 0.25)  # of a cell of a grid: its share of u over that of v
+
+
+def least_share(P: Doubles) -> float:
+    """Triangles at equal mean error over those of one number of segments for all, of the best grids that could be.
+
+    Each place of the surface has cells of whatever size, aspect and diagonal are best there, whatever its neighbours
+    have, and vertices on the surface; in the limit of many triangles, over each of which the surface is quadratic, the
+    mean error is inverse to their number. It is least where they are as dense as the root of the error at one size.
+    """
+    t = (np.arange(PLACES) + 0.5) / PLACES
+    u, v = (a.ravel() for a in np.meshgrid(t, t, indexing="ij"))
+
+    def at(i: int, j: int) -> Doubles:
+        return points_at(P, u + i * STEP, v + j * STEP)
+
+    normal = np.cross(at(1, 0) - at(-1, 0), at(0, 1) - at(0, -1))
+    a = at(1, 0) + at(-1, 0) - 2 * at(0, 0)
+    b = (at(1, 1) + at(-1, -1) - at(1, -1) - at(-1, 1)) / 4
+    c = at(0, 1) + at(0, -1) - 2 * at(0, 0)
+    a, b, c = ((second * normal).sum(-1).ravel() for second in (a, b, c))  # times area
+    one = _mean_off(a, b, c)
+    best = np.full(one.shape, np.inf)
+    for aspect in ASPECTS:
+        for twist in (b, -b):
+            best = np.minimum(best, _mean_off(a * aspect, twist, c / aspect))
+    return float(np.sqrt(best).mean() ** 2 / one.mean()) if one.any() else 1.0
+
+
+def _mean_off(a: Doubles, b: Doubles, c: Doubles) -> Doubles:
+    """The mean distance of (a x^2 + 2 b x y + c y^2) / 2 from its triangle over (0, 0), (1, 0), (1, 1)."""
+    x, y = np.meshgrid((np.arange(INNER) + 2 / 3) / INNER, (np.arange(INNER) + 1 / 3) / INNER)
+    total = np.zeros(a.shape)
+    for p, q in zip(x[x > y], y[x > y], strict=True):
+        total += np.abs(a * (p - p * p) + 2 * b * (q - p * q) + c * (q - q * q)) / 2
+    return total / (x > y).sum()
+
+
 def _pieces(
     P: Doubles, params: Params, chosen: NDArray[np.int64]
 ) -> Iterator[tuple[Doubles, NDArray]]:
@@ -152,7 +192,10 @@ def prepare(device: Device, patches: BezierPatches, params: Params) -> HostPrepa
         off = abs(meshes[0].triangle_count - int(counts[chosen_grids(P, params)].sum()))
         return Check(not off, "triangles more or fewer than expected", float(off), 0.0)
 
-    return HostPrepared(device, call, read, verdict, Timeline(), input_bytes=P.nbytes)
+    def count(output: object) -> dict[str, float]:
+        return {"least_share": least_share(P)}
+
+    return HostPrepared(device, call, read, verdict, Timeline(), input_bytes=P.nbytes, count=count)
 
 
 SYSTEM = host_system(

@@ -109,7 +109,9 @@ __kernel void gst_geometry(
 #endif
 }
 
-// the patches of this many segments, each where its vertices begin
+#if !STREAMING // zones go where a patch's vertices begin
+
+// the patches of this many segments
 __kernel void gst_geometry_levels(
     __global const float *restrict controls,
     __global const uint *restrict levels,
@@ -126,9 +128,8 @@ __kernel void gst_geometry_levels(
     __global const float *c = controls + CONTROL_FLOATS * (size_t)p;
     bezier_patch patch;
     bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
-#if !STREAMING
     const size_t first = 3 * ((size_t)offsets[p] + zone * ZONE);
     const uint i = zone / across * ZONE_ROWS, j = zone % across * ZONE_COLUMNS;
     gst_zone(positions + first, normals + (NORMALS ? first : 0), &patch, i, j, segments);
-#endif
 }
+#endif

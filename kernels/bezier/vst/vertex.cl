@@ -45,7 +45,9 @@ __kernel void vst_vertex(
 #endif
 }
 
-// the patches that have this level, each where its vertices begin
+#if !STREAMING // rows go where a patch's vertices begin, not to a chunk of a work-item's own
+
+// the patches that have this level
 __kernel void vst_vertex_levels(
     __global const float *restrict map,
     __global const float *restrict controls,
@@ -67,8 +69,7 @@ __kernel void vst_vertex_levels(
     __global const float *c = controls + CONTROL_FLOATS * (size_t)p;
     bezier_patch patch;
     bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
-#if !STREAMING
     const uint count = min(BEZIER_ROWS * side, side * side - vertex);
     bezier_rows(positions + 3 * first, normals + (NORMALS ? 3 * first : 0), &patch, weights, vertex, count, side);
-#endif
 }
+#endif

@@ -3,6 +3,7 @@ import json
 import numpy as np
 import pytest
 
+from lodbench.datasets_gen import patches
 from lodbench.datasets_gen.read import write_mesh
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.datasets_gen.triangles import icosphere
@@ -109,3 +110,52 @@ def test_render_refines_anew_for_each_picture(mesh, tmp_path, capsys):
         assert picture.n_frames == 4
     assert main(["render", str(mesh), str(out), "-s", "by=screen"]) == 2
     assert "by: expected with refine" in capsys.readouterr().err
+
+
+def test_render_tessellates_patches_anew_for_each_picture(tmp_path, capsys):
+    from PIL import Image
+
+    out, small = tmp_path / "pot.gif", ["--size", "48x32", "--turntable", "3"]
+    words = ["--path", "orbit", "--level", "4", "-s", "by=screen"]
+    assert main(["render", "pot_32", str(out), *small, *words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["patches"] == 32
+    with Image.open(out) as picture:
+        assert picture.n_frames == 3
+    assert main(["render", "rational_ball", str(tmp_path / "ball.png"), "--size", "48x32"]) == 0
+    assert "1 surfaces" in capsys.readouterr().out
+
+
+def test_render_reads_patches_from_files(tmp_path, device):
+    from PIL import Image
+
+    np.savez(tmp_path / "pot.npz", patches=patches.pot(8).points)
+    for words, options in (
+        ([], {"level": 3}),
+        (["--refine", "dabt", "-s", "test=mean"], {"level": 3, "refine": "dabt", "test": "mean"}),
+    ):
+        out = tmp_path / "pot.png"
+        own = ["--level", "3", "--size", "64x48", "--up", "z", "--quiet", *words]
+        assert main(["render", str(tmp_path / "pot.npz"), str(out), *own]) == 0
+        expected = render(patches.pot(8), size=(64, 48), up="z", device=device, **options)
+        assert np.array_equal(np.asarray(Image.open(out)), expected)
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (
+            ["icosphere_2", "--level", "3"],
+            "--level: expected patches or NURBS surfaces, got a mesh",
+        ),
+        (["pot_32", "--level", "30"], "level: expected 0 to 10, got 30"),
+        (["pot_32", "--refine", "pattern"], "method: expected one of"),
+        (["pot_32", "-s", "segments=3"], "segments"),
+        (["pot_32", "--colour", "vertex"], "colour: expected a mesh with vertex colours"),
+        (["none.bpt"], "none.bpt: no such file"),
+    ],
+)
+def test_render_of_patches_refuses_with_one_line(tmp_path, capsys, words, text):
+    source, *options = words
+    assert main(["render", source, str(tmp_path / "out.png"), *options]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert text in line

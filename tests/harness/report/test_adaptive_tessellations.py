@@ -17,7 +17,7 @@ def test_first_adaptive_model_is_shown_by_every_method_and_test(device):
     found = list(adaptive_pictures(run, (80, 64), device))
     assert [picture["file"] for picture, _ in found] == [
         f"adaptive_{k}_{name}_cup_26.png"
-        for k, name in enumerate(["vst", "semi_adaptive", "dabt", "dabt", "dabt"])
+        for k, name in enumerate(["vst", "semi_adaptive", "dabt", "dabt", "dabt", "dabt"])
     ]
     assert all(pixels.shape == (64, 80, 3) and pixels.std() > 5 for _, pixels in found)
     assert "53,248 triangles" in found[0][0]["caption"]

@@ -109,5 +109,17 @@ def test_subjects_on_one_core_are_left_out():
     assert judged(claim(samples), made)["verdict"] == "not measurable here"
 
 
+def test_subjects_with_what_is_not_the_papers_are_left_out():
+    found = group(
+        subject("vst", [0.1] * 10),
+        subject("dabt", [0.2] * 10, params={"test": "distance"}),
+        subject("ours", [0.05] * 10, params={"test": "mean"}, system="dabt"),
+    )
+    theirs = Comparison(Pick("dabt", without={"test": "mean"}), Pick("vst"), most=1.0)
+    assert judged(claim(theirs), run(found))["verdict"] == "confirmed"
+    every = Comparison(Pick("dabt"), Pick("vst"), most=1.0)
+    assert judged(claim(every), run(found))["verdict"] != "confirmed"
+
+
 def test_every_claim_has_a_verdict_of_an_empty_run():
     assert {one["verdict"] for one in verdicts(run())} == {"not measurable here"}

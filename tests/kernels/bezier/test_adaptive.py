@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from lodbench.datasets_gen import catalogue, patches
 from lodbench.datasets_gen.surfaces import BezierPatches
 from lodbench.kernels import tessellate, tessellate_surface
-from lodbench.kernels.bezier import borders
+from lodbench.kernels.bezier import borders, dabt, semi_adaptive
 from lodbench.kernels.bezier.candidates import (
     INSIDE,
     NODES,
@@ -19,12 +19,8 @@ from lodbench.kernels.bezier.candidates import (
     triangle_counts,
     ways_of,
 )
-from lodbench.kernels.bezier.dabt import Dabt
-from lodbench.kernels.bezier.dabt import Params as DabtParams
 from lodbench.kernels.bezier.lattice import edge_vertices, side_vertices
 from lodbench.kernels.bezier.measures import SCREEN
-from lodbench.kernels.bezier.semi_adaptive import Params as SemiParams
-from lodbench.kernels.bezier.semi_adaptive import SemiAdaptive
 from lodbench.kernels.bezier.strips import strips
 from lodbench.kernels.bezier.vst import Params as VstParams
 from lodbench.kernels.bezier.vst import Vst
@@ -32,20 +28,22 @@ from lodbench.kernels.stages.camera import fit_box
 from lodbench.kernels.system import Frame, run
 from tests.kernels.bezier.patches import NASTY, bicubic, sheets
 
-METHODS = {"dabt": (Dabt, DabtParams), "semi_adaptive": (SemiAdaptive, SemiParams)}
-TESTS = ("distance", "flat", "length")
+METHODS = {"dabt": dabt, "semi_adaptive": semi_adaptive}
+PUBLISHED = ("distance", "flat", "length")
+TESTS = (*PUBLISHED, "mean")
 thresholds = {
     "distance": st.sampled_from([0.0, 1e-4, 3e-3, 0.02, 0.1, 1e30]),
     "flat": st.sampled_from([0.0, 1e-3, 0.03, 0.3, 1.5, 1e30]),
     "length": st.sampled_from([0.0, 5.0, 50.0, 300.0, 1e30]),
+    "mean": st.sampled_from([0.0, 1e-7, 1e-5, 1e-3, 1e30]),
 }
 asked = st.sampled_from(TESTS).flatmap(lambda t: st.tuples(st.just(t), thresholds[t]))
 both = pytest.mark.parametrize("method", METHODS)
 
 
 def made(device, surface, method, frame=None, **options):
-    kind, params = METHODS[method]
-    prepared = kind(device, surface, params(**options))
+    kind = METHODS[method]
+    prepared = kind.prepare(device, surface, kind.Params(**options))
     run(device, prepared, frame or Frame())
     return prepared
 
@@ -195,7 +193,7 @@ def test_adaptive_with_an_infinite_threshold_is_the_coarse_mesh(device, method, 
 
 @both
 @settings(max_examples=6, deadline=None)
-@given(sheets, st.sampled_from(TESTS))
+@given(sheets, st.sampled_from(PUBLISHED))
 def test_adaptive_counts_fall_as_thresholds_rise(device, method, surface, test):
     scale = {"distance": 1e-3, "flat": 0.01, "length": 8.0}[test]
     counts = [
@@ -309,7 +307,7 @@ def test_adaptive_without_normals_has_the_same_points(device, method):
 
 
 def test_both_have_the_same_vertices_on_edges(device):
-    for test in TESTS:
+    for test in PUBLISHED:
         found = [made(device, patches.cup(), m, level=4, test=test).masks() for m in METHODS]
         assert np.array_equal(*(ways_of(masks) for masks in found))
         one, other = (nodes_of(masks)[..., ~INSIDE] for masks in found)
@@ -319,7 +317,7 @@ def test_both_have_the_same_vertices_on_edges(device):
 @both
 def test_adaptive_refuses_what_it_cannot_do(method):
     for options, text in (
-        ({"test": "round"}, "test: expected one of distance, flat, length, got 'round'"),
+        ({"test": "round"}, "test: expected one of distance, flat, length, mean, got 'round'"),
         ({"quality": "best"}, "quality: expected one of high, medium, low"),
         ({"threshold": -1.0}, "threshold: expected at least 0, got -1.0"),
         ({"depth": 4}, "depth: expected 0 to 3, got 4"),
