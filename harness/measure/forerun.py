@@ -53,9 +53,10 @@ class Forerunner:
         work = pickle.dumps((system.name, device.facts, surface, params))
         if self._child is None and not self._begin():
             return
+        child: Any = self._child
         try:
-            self._child.stdin.write(len(work).to_bytes(8, "little") + work)
-            self._child.stdin.flush()
+            child.stdin.write(len(work).to_bytes(8, "little") + work)
+            child.stdin.flush()
             said = self._said.get(timeout=limit_s)
         except OSError:
             said = None
@@ -65,7 +66,7 @@ class Forerunner:
                 f"{system.name} did not return within {limit_s:g} s, and was ended"
             ) from None
         if said is None:
-            code = self._child.wait()
+            code = child.wait()
             self.close()
             how = f"exit code {code}"
             if code < 0:
