@@ -19,9 +19,9 @@ bits of the coordinate, so that up to there 20 of the extent are left."""
 
 BROKEN = (
     ValueError, TypeError, OSError, KeyError, EOFError, AttributeError, IndexError, NotImplementedError, RuntimeError,
-    OverflowError, SyntaxError, struct.error, zlib.error, tokenize.TokenError, zipfile.BadZipFile,
+    OverflowError, SyntaxError, MemoryError, struct.error, zlib.error, tokenize.TokenError, zipfile.BadZipFile,
 )  # fmt: skip
-"""What numpy raises where an .npy or .npz file is broken."""
+"""What numpy raises where an .npy or .npz file is broken; MemoryError where its header promises terabytes."""
 
 
 def checked_origin(origin: Any) -> Origin | None:

@@ -46,8 +46,6 @@ def height_map(given: str | os.PathLike[str] | NDArray[Any]) -> Floats:
             else:
                 values = _picture(data)
         return _checked(np.asarray(values))
-    except MemoryError:
-        raise
     except Exception as error:  # third-party readers raise whatever they like on a broken file
         text = " ".join(str(error).split()) or type(error).__name__
         if not isinstance(error, (ValueError, TypeError)):

@@ -42,7 +42,7 @@ def read_nurbs(path: str | Path) -> NurbsModel:
         raise FileError(f"{path}: no such file") from None
     except (KeyError, IndexError) as error:
         raise FileError(f"{path}: expected a NURBS model, got no {error}") from error
-    except (ValueError, TypeError, OSError, RecursionError) as error:
+    except (ValueError, TypeError, OSError, RecursionError, OverflowError, MemoryError) as error:
         raise FileError(f"{path}: {' '.join(str(error).split())[:300]}") from error
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from lodbench.harness.doctor import opencl
+from lodbench.harness.doctor import intel, opencl
 from lodbench.harness.doctor.opencl import Finding, pip, writable
 
 BUSY, UNSTEADY = 0.15, 0.10  # shares: other processes' CPU time; spread of a fixed piece of work
@@ -103,8 +103,8 @@ def diagnose(results: Path = Path("results")) -> list[Finding]:
     """Everything looked at, in the order in which one thing needs the other."""
     findings: list[Finding] = []
     checks: dict[str, Callable[[], Iterator[Finding]]] = {
-        "packages": _packages, "driver files": opencl.icds, "caches": opencl.caches,
-        "OpenCL": opencl.opencl,
+        "packages": _packages, "Intel's runtime": intel.driver_file, "driver files": opencl.icds,
+        "caches": opencl.caches, "OpenCL": opencl.opencl,
         "folders": lambda: _folders(results), "extras": _extras, "quiet machine": _noise,
     }  # fmt: skip
     for name, check in checks.items():

@@ -18,12 +18,14 @@ from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.finest import finest
 from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
 from lodbench.harness.measure.budget import Budget
+from lodbench.harness.measure.forerun import Forerunner
+from lodbench.harness.measure.identity import config_of
 from lodbench.harness.measure.judge import Judge
 from lodbench.harness.measure.moves import Moves
 from lodbench.harness.measure.progress import Progress
 from lodbench.harness.measure.timing import NARROW, OtherLoad, interleave, take
 from lodbench.harness.measure.trial import Trial
-from lodbench.harness.plan.group import Group
+from lodbench.harness.plan.group import Group, Subject
 from lodbench.harness.record.record import Writer, attempts, config_hash, plain
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.render import mesh_view
@@ -61,11 +63,12 @@ class Session:
         self.device, self.folder, self.seed = device, folder, seed
         self._samples, self._precision = samples, precision
         self._budget = Budget(math.inf if time_budget_s is None else time_budget_s)
-        self._one_core: Device | None = None
+        self._devices: dict[tuple[str, bool], Device] = {}
         self._writer = Writer(folder)
         self._ended, self._begun = attempts(folder)
         self._last = ""
         self._judge = Judge()
+        self._forerunner = Forerunner()
 
     @property
     def _sampling(self) -> dict[str, Any]:
@@ -73,6 +76,7 @@ class Session:
 
     def close(self) -> None:
         """Close the record."""
+        self._forerunner.close()
         self._writer.close()
 
     def note(self, kind: str, **row: Any) -> None:
@@ -112,12 +116,7 @@ class Session:
         return left_out
 
     def _config(self, table: str, group: Group) -> dict[str, Any]:
-        """All that decides what is measured."""
-        return {
-            "table": table, "device": self.device.slug, "samples": self._samples, "seed": self.seed,
-            **({} if self._precision == NARROW else {"precision": self._precision}),
-            **group.config(),
-        }  # fmt: skip
+        return config_of(table, group, self.device.slug, self._samples, self._precision, self.seed)
 
     def _group(
         self,
@@ -178,8 +177,8 @@ class Session:
                 return False
             progress.step(f"prepare {subject.name}")
             trial = Trial(subject, view=Frame(_zoomed(surface, group.zoom)), once=group.once)
-            device = partial(self._open, subject.one_core)
-            trial.enter(surface, device, trials, record, group.judged)
+            device = partial(self._open, subject)
+            trial.enter(surface, device, trials, record, group.judged, self._forerunner)
             trials[subject.name] = trial
         running = {name: e for name, e in trials.items() if e.prepared is not None}
         frames = {name: e.frame for name, e in running.items() if not group.once}
@@ -283,12 +282,13 @@ class Session:
         # systems work on positions alone: a run is about the origin of its input
         return surface.with_origin(None) if isinstance(surface, TriangleMesh) else surface
 
-    def _open(self, one_core: bool) -> Device:
-        if not one_core:
+    def _open(self, subject: Subject) -> Device:
+        key = subject.device or self.device.facts.name, subject.one_core
+        if not subject.device and not subject.one_core:
             return self.device
-        if self._one_core is None:
-            self._one_core = Device.open(self.device.facts.name, one_core=True)
-        return self._one_core
+        if key not in self._devices:
+            self._devices[key] = Device.open(key[0], one_core=subject.one_core)
+        return self._devices[key]
 
 
 def _zoomed(surface: Any, zoom: float | None) -> View | None:

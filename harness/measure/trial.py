@@ -11,6 +11,7 @@ import psutil
 
 from lodbench.datasets_gen.finest import finest
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.harness.measure.forerun import Forerunner
 from lodbench.harness.measure.timing import VERY_SLOW_S, PeakMemory, take
 from lodbench.harness.plan import registry
 from lodbench.harness.plan.group import Context, Subject
@@ -49,6 +50,7 @@ class Trial:
         before: Mapping[str, Trial],
         record: Record,
         keep_mesh: bool,
+        forerunner: Forerunner | None = None,
     ) -> None:
         """Prepare, run the first frame and check it.
 
@@ -58,9 +60,10 @@ class Trial:
             before: the group's subjects so far, which the params may depend on.
             record: takes the setup and the first sample.
             keep_mesh: keep the result for its quality.
+            forerunner: where a peer is tried first.
         """
         try:
-            self._prepare(surface, device, before, record)
+            self._prepare(surface, device, before, record, forerunner)
             memory = PeakMemory()
             first = take(self.subject.name, self.frame, 0, warmup=True)
             self.facts["peak_growth_bytes"] = memory.growth_bytes()
@@ -145,6 +148,7 @@ class Trial:
         device: Callable[[], Device],
         before: Mapping[str, Trial],
         record: Record,
+        forerunner: Forerunner | None,
     ) -> None:
         subject = self.subject
         missing = registry.registry().missing.get(subject.system)
@@ -159,6 +163,8 @@ class Trial:
 
             self.facts["driver"] = driver_name()
         self.device = device()
+        if subject.device:
+            self.facts["driver"] = self.device.facts.driver
         overrides = subject.params
         if callable(overrides):
             counters = {name: trial.facts.get("counters", {}) for name, trial in before.items()}
@@ -166,6 +172,8 @@ class Trial:
             overrides = overrides(Context(self.device, surface, counters, params))
         params = registry.parameters(owner, subject.case, overrides)
         self.facts["params"] = params
+        if forerunner is not None:
+            forerunner.try_out(owner, self.device, surface, params)
         process = psutil.Process()
         memory, start = process.memory_info().rss, time.perf_counter()
         self.prepared = owner.prepare(self.device, surface, params)

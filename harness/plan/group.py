@@ -52,7 +52,10 @@ class Draw:
 
 @dataclass(frozen=True)
 class Subject:
-    """A system with parameters: a case's name (None: the first) and the fields to replace in it."""
+    """A system with parameters: a case's name (None: the first) and the fields to replace in it.
+
+    `device`: words of the name of the one that it runs on; "": the run's.
+    """
 
     system: str
     params: Overrides = field(default_factory=dict)
@@ -60,6 +63,7 @@ class Subject:
     case: str | None = None
     one_core: bool = False
     draw: Draw | None = None
+    device: str = ""
 
     @property
     def name(self) -> str:
@@ -79,8 +83,9 @@ class Group:
     from, where it is not the run's; `path`: what is drawn apart is seen from along it, every frame recorded;
     `reference`: label of a refinement against which the others are compared, at the same parameters of the same
     pattern, or, with `nearest`, by how far its vertices are from them; `focus`: where `quality` is measured once more,
-    apart from the rest; `warm`: each sample follows at once on a frame of the same subject that is not timed, so that
-    the caches hold what it left there and its threads are awake, as in a loop of frames, and not what others left.
+    apart from the rest; `same`: digests of the bytes of results and pictures are kept, to be compared; `warm`: each
+    sample follows at once on a frame of the same subject that is not timed, so that the caches hold what it left there
+    and its threads are awake, as in a loop of frames, and not what others left.
     """
 
     dataset: str
@@ -96,12 +101,13 @@ class Group:
     reference: str | None = None
     nearest: bool = False
     focus: Focus | None = None
+    same: bool = False
     warm: bool = False
 
     @property
     def judged(self) -> bool:
         """Is the result mesh of each subject compared with something?"""
-        return self.quality or self.reference is not None
+        return self.quality or self.same or self.reference is not None
 
     @property
     def name(self) -> str:
@@ -123,6 +129,7 @@ class Group:
             **({} if self.reference is None else {"reference": self.reference}),
             **({"nearest": True} if self.nearest else {}),
             **({} if self.focus is None else {"focus": plain(self.focus)}),
+            **({"same": True} if self.same else {}),
             **({"warm": True} if self.warm else {}),
             "subjects": [
                 {
@@ -134,6 +141,7 @@ class Group:
                     if callable(subject.params)
                     else plain(subject.params),
                     **({"draw": plain(subject.draw)} if subject.draw else {}),
+                    **({"device": subject.device} if subject.device else {}),
                 }
                 for subject in self.subjects
             ],

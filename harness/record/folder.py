@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from lodbench.datasets_gen.files import is_part
-from lodbench.harness.record.environment import commit, environment, now
+from lodbench.harness.record.environment import environment, now
 from lodbench.harness.record.foreign import refuse_links
 from lodbench.harness.record.record import RUN, SCHEMA, read_environment, write_json
 from lodbench.harness.record.samples import check_free
@@ -31,39 +31,48 @@ def open_folder(
     resume: bool = False,
     seed: int = 0,
 ) -> Path:
+    """The folder to measure into, made and described by its `run.json`: see `open_described`.
+
+    `seed` is that of bootstrap and quality sampling.
+    """
+    found = environment(device, dict(options), seed)
+    return open_described(found, out=out, resume=resume)
+
+
+def open_described(
+    environment: Mapping[str, Any], *, out: Path | None = None, resume: bool = False
+) -> Path:
     """The folder to measure into, made and described by its `run.json`.
 
     Args:
-        device: the device measured.
-        options: what was asked for, kept in the record.
+        environment: what `environment` says of the device measured, here or elsewhere.
         out: the folder; None makes `results/<device>/<date>-<commit>/`, or takes the last one on resume.
         resume: go on with a run of the same device and commit.
-        seed: of bootstrap and quality sampling.
 
     Raises:
         ValueError: the folder holds a run already, or one of another device, commit or schema.
         OSError: it cannot be made.
     """
-    short, _ = commit()
+    slug, short = str(environment["slug"]), str(environment["commit"])
     if out is None and resume:
-        out = next(reversed(_candidates(device.slug, short)), None)
+        out = next(reversed(_candidates(slug, short)), None)
     if out is not None and (out / RUN).is_file():
         if not resume:
             raise ValueError(f"out: expected a new folder, or --resume, got the run in {out}")
         check_free(out)
-        _take_up(out, device, short)
+        _take_up(out, slug, short)
         return out
     if out is not None and out.exists() and (not out.is_dir() or _holds_something(out)):
         raise ValueError(f"out: expected a new or empty folder, got {out}")
     if out is None:
         day = datetime.date.today().isoformat()
-        first = out = RESULTS / device.slug / f"{day}-{short}"
+        first = out = RESULTS / slug / f"{day}-{short}"
         number = 2
         while not _made(out):
             out = first.with_name(f"{first.name}-{number}")
             number += 1
     out.mkdir(parents=True, exist_ok=True)
-    write_json(out / RUN, {"schema": SCHEMA, **environment(device, dict(options), seed)})
+    write_json(out / RUN, {"schema": SCHEMA, **environment})
     return out
 
 
@@ -81,11 +90,11 @@ def _holds_something(folder: Path) -> bool:
     return not all(is_part(path) for path in folder.iterdir())
 
 
-def _take_up(folder: Path, device: Device, commit: str) -> None:
+def _take_up(folder: Path, slug: str, commit: str) -> None:
     refuse_links(folder)
     found = read_environment(folder)
     for what, have, want in (
-        ("device", found.get("slug"), device.slug),
+        ("device", found.get("slug"), slug),
         ("commit", found.get("commit"), commit),
     ):
         if have != want:

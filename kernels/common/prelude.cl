@@ -1,14 +1,16 @@
-// The standard built-ins as operators and inline functions, joined in front where the driver's own may be calls.
+// The standard built-ins as operators and inline functions, joined in front on CPUs: one result on every driver.
 //
-// Source    none: some PoCL builds cannot inline their library into kernels; a call per built-in costs 5 to 60 times
+// Source    none: OpenCL leaves open what mad, mix, dot, rsqrt and their like round to, and drivers differ in it; and some
+//           PoCL builds cannot inline their library into kernels: a call per built-in costs 5 to 60 times
 // Work      functions only; names, argument types and results are OpenCL's, except that NaN ordering is unspecified
 // Reads     nothing
 // Writes    nothing
+// Defines   LB_KEEPS_EXACT: built-ins that have one right result stay the driver's, which inlines them
 
 #if __has_builtin(__builtin_elementwise_min)  // clang 14 or later
-
 #define LB_INLINE static inline __attribute__((overloadable, always_inline))
 
+#ifndef LB_KEEPS_EXACT
 // comparison and arithmetic, one body for every width; mixed vector-scalar forms where OpenCL has them
 #define LB_ORDER(T)                                                                                                    \
     LB_INLINE T lb_min(T a, T b) { return __builtin_elementwise_min(a, b); }                                           \
@@ -29,18 +31,13 @@ LB_ORDER_ALL(long)
 LB_ORDER_ALL(ulong)
 
 #define LB_FLOAT(T)                                                                                                    \
-    LB_INLINE T lb_mad(T a, T b, T c) { return a * b + c; }                                                            \
-    LB_INLINE T lb_mix(T a, T b, T t) { return a + (b - a) * t; }                                                      \
     LB_INLINE T lb_fabs(T a) { return __builtin_elementwise_abs(a); }                                                  \
     LB_INLINE T lb_floor(T a) { return __builtin_elementwise_floor(a); }                                               \
     LB_INLINE T lb_ceil(T a) { return __builtin_elementwise_ceil(a); }                                                 \
     LB_INLINE T lb_trunc(T a) { return __builtin_elementwise_trunc(a); }
 LB_FLOAT(float) LB_FLOAT(float2) LB_FLOAT(float3) LB_FLOAT(float4) LB_FLOAT(float8) LB_FLOAT(float16)
-#define LB_MIX_SCALAR(V) LB_INLINE V lb_mix(V a, V b, float t) { return a + (b - a) * t; }
-LB_MIX_SCALAR(float2) LB_MIX_SCALAR(float3) LB_MIX_SCALAR(float4) LB_MIX_SCALAR(float8) LB_MIX_SCALAR(float16)
-
 // fma keeps its single rounding: where the target has the instruction, a contracted sum of the whole vector is one.
-// Elsewhere, and for the root, all lanes in one list: the compiler makes half-width instructions of two halves
+// Elsewhere, and for the root below, all lanes in one list: the compiler makes half-width instructions of two halves
 #ifdef __FMA__
 #define LB_FMA(T)                                                                                                      \
     LB_INLINE T lb_fma(T a, T b, T c)                                                                                  \
@@ -73,6 +70,48 @@ LB_INLINE float16 lb_fma(float16 a, float16 b, float16 c)
         __builtin_fmaf(a.se, b.se, c.se), __builtin_fmaf(a.sf, b.sf, c.sf));
 }
 #endif
+
+// unaligned vector memory: a vector type that promises only its scalar's alignment, so that one move does it
+#define LB_MEMORY_SPACE(S, N, SPACE)                                                                                   \
+    LB_INLINE S##N lb_vload##N(size_t i, const SPACE S *p) { return *(const SPACE lb_##S##N *)(p + i * N); }
+#define LB_MEMORY(S, N)                                                                                                \
+    typedef S##N lb_##S##N __attribute__((aligned(sizeof(S))));                                                        \
+    LB_MEMORY_SPACE(S, N, __global) LB_MEMORY_SPACE(S, N, __local)                                                     \
+    LB_MEMORY_SPACE(S, N, __constant) LB_MEMORY_SPACE(S, N, __private)                                                 \
+    LB_INLINE void lb_vstore##N(S##N v, size_t i, __global S *p) { *(__global lb_##S##N *)(p + i * N) = v; }           \
+    LB_INLINE void lb_vstore##N(S##N v, size_t i, __local S *p) { *(__local lb_##S##N *)(p + i * N) = v; }             \
+    LB_INLINE void lb_vstore##N(S##N v, size_t i, __private S *p) { *(__private lb_##S##N *)(p + i * N) = v; }
+// three lanes have no vector move of their own size
+#define LB_MEMORY_THREE_SPACE(S, SPACE)                                                                                \
+    LB_INLINE S##3 lb_vload3(size_t i, const SPACE S *p) { return (S##3)(p[3 * i], p[3 * i + 1], p[3 * i + 2]); }
+#define LB_STORE_THREE_SPACE(S, SPACE)                                                                                 \
+    LB_INLINE void lb_vstore3(S##3 v, size_t i, SPACE S *p) { p[3 * i] = v.x; p[3 * i + 1] = v.y; p[3 * i + 2] = v.z; }
+#define LB_MEMORY_ALL(S)                                                                                               \
+    LB_MEMORY(S, 2) LB_MEMORY(S, 4) LB_MEMORY(S, 8) LB_MEMORY(S, 16)                                                   \
+    LB_MEMORY_THREE_SPACE(S, __global) LB_MEMORY_THREE_SPACE(S, __local)                                               \
+    LB_MEMORY_THREE_SPACE(S, __constant) LB_MEMORY_THREE_SPACE(S, __private)                                           \
+    LB_STORE_THREE_SPACE(S, __global) LB_STORE_THREE_SPACE(S, __local) LB_STORE_THREE_SPACE(S, __private)
+LB_MEMORY_ALL(float)
+LB_MEMORY_ALL(int)
+LB_MEMORY_ALL(uint)
+LB_MEMORY_ALL(long)
+LB_MEMORY_ALL(ulong)
+LB_MEMORY_ALL(uchar)
+
+LB_INLINE uint lb_popcount(uint a) { return (uint)__builtin_popcount(a); }
+LB_INLINE ulong lb_popcount(ulong a) { return (ulong)__builtin_popcountl(a); }
+LB_INLINE uint lb_clz(uint a) { return a ? (uint)__builtin_clz(a) : 32u; }
+LB_INLINE ulong lb_clz(ulong a) { return a ? (ulong)__builtin_clzl(a) : 64ul; }
+
+// PoCL drops its own; the line that holds the address is what a CPU can ask for, whatever the count
+#define lb_prefetch(address, count) __builtin_prefetch((const void *)(size_t)(address))
+#endif
+#define LB_SUMS(T)                                                                                                     \
+    LB_INLINE T lb_mad(T a, T b, T c) { return a * b + c; }                                                            \
+    LB_INLINE T lb_mix(T a, T b, T t) { return a + (b - a) * t; }
+LB_SUMS(float) LB_SUMS(float2) LB_SUMS(float3) LB_SUMS(float4) LB_SUMS(float8) LB_SUMS(float16)
+#define LB_MIX_SCALAR(V) LB_INLINE V lb_mix(V a, V b, float t) { return a + (b - a) * t; }
+LB_MIX_SCALAR(float2) LB_MIX_SCALAR(float3) LB_MIX_SCALAR(float4) LB_MIX_SCALAR(float8) LB_MIX_SCALAR(float16)
 
 LB_INLINE float lb_sqrt(float a) { return __builtin_sqrtf(a); }
 #ifdef cl_khr_fp64
@@ -113,56 +152,9 @@ LB_INLINE float3 lb_cross(float3 a, float3 b) { return a.yzx * b.zxy - a.zxy * b
     }
 LB_LENGTH(float2) LB_LENGTH(float3) LB_LENGTH(float4)
 
-// unaligned vector memory: a vector type that promises only its scalar's alignment, so that one move does it
-#define LB_MEMORY_SPACE(S, N, SPACE)                                                                                   \
-    LB_INLINE S##N lb_vload##N(size_t i, const SPACE S *p) { return *(const SPACE lb_##S##N *)(p + i * N); }
-#define LB_MEMORY(S, N)                                                                                                \
-    typedef S##N lb_##S##N __attribute__((aligned(sizeof(S))));                                                        \
-    LB_MEMORY_SPACE(S, N, __global) LB_MEMORY_SPACE(S, N, __local)                                                     \
-    LB_MEMORY_SPACE(S, N, __constant) LB_MEMORY_SPACE(S, N, __private)                                                 \
-    LB_INLINE void lb_vstore##N(S##N v, size_t i, __global S *p) { *(__global lb_##S##N *)(p + i * N) = v; }           \
-    LB_INLINE void lb_vstore##N(S##N v, size_t i, __local S *p) { *(__local lb_##S##N *)(p + i * N) = v; }             \
-    LB_INLINE void lb_vstore##N(S##N v, size_t i, __private S *p) { *(__private lb_##S##N *)(p + i * N) = v; }
-// three lanes have no vector move of their own size
-#define LB_MEMORY_THREE_SPACE(S, SPACE)                                                                                \
-    LB_INLINE S##3 lb_vload3(size_t i, const SPACE S *p) { return (S##3)(p[3 * i], p[3 * i + 1], p[3 * i + 2]); }
-#define LB_STORE_THREE_SPACE(S, SPACE)                                                                                 \
-    LB_INLINE void lb_vstore3(S##3 v, size_t i, SPACE S *p) { p[3 * i] = v.x; p[3 * i + 1] = v.y; p[3 * i + 2] = v.z; }
-#define LB_MEMORY_ALL(S)                                                                                               \
-    LB_MEMORY(S, 2) LB_MEMORY(S, 4) LB_MEMORY(S, 8) LB_MEMORY(S, 16)                                                   \
-    LB_MEMORY_THREE_SPACE(S, __global) LB_MEMORY_THREE_SPACE(S, __local)                                               \
-    LB_MEMORY_THREE_SPACE(S, __constant) LB_MEMORY_THREE_SPACE(S, __private)                                           \
-    LB_STORE_THREE_SPACE(S, __global) LB_STORE_THREE_SPACE(S, __local) LB_STORE_THREE_SPACE(S, __private)
-LB_MEMORY_ALL(float)
-LB_MEMORY_ALL(int)
-LB_MEMORY_ALL(uint)
-LB_MEMORY_ALL(long)
-LB_MEMORY_ALL(ulong)
-LB_MEMORY_ALL(uchar)
-
-LB_INLINE uint lb_popcount(uint a) { return (uint)__builtin_popcount(a); }
-LB_INLINE ulong lb_popcount(ulong a) { return (ulong)__builtin_popcountl(a); }
-LB_INLINE uint lb_clz(uint a) { return a ? (uint)__builtin_clz(a) : 32u; }
-LB_INLINE ulong lb_clz(ulong a) { return a ? (ulong)__builtin_clzl(a) : 64ul; }
-
-// PoCL drops its own; the line that holds the address is what a CPU can ask for, whatever the count
-#define lb_prefetch(address, count) __builtin_prefetch((const void *)(size_t)(address))
-
 // the names that kernels use
-#undef min
-#undef max
-#define min lb_min
-#define max lb_max
-#define fmin lb_min
-#define fmax lb_max
-#define clamp lb_clamp
 #define mad lb_mad
-#define fma lb_fma
 #define mix lb_mix
-#define fabs lb_fabs
-#define floor lb_floor
-#define ceil lb_ceil
-#define trunc lb_trunc
 #define sqrt lb_sqrt
 #define native_sqrt lb_sqrt
 #define half_sqrt lb_sqrt
@@ -178,6 +170,19 @@ LB_INLINE ulong lb_clz(ulong a) { return a ? (ulong)__builtin_clzl(a) : 64ul; }
 #define distance lb_distance
 #define normalize lb_normalize
 #define fast_normalize lb_normalize
+#ifndef LB_KEEPS_EXACT
+#undef min
+#undef max
+#define min lb_min
+#define max lb_max
+#define fmin lb_min
+#define fmax lb_max
+#define clamp lb_clamp
+#define fma lb_fma
+#define fabs lb_fabs
+#define floor lb_floor
+#define ceil lb_ceil
+#define trunc lb_trunc
 #define popcount lb_popcount
 #define prefetch lb_prefetch
 #define clz lb_clz
@@ -191,5 +196,5 @@ LB_INLINE ulong lb_clz(ulong a) { return a ? (ulong)__builtin_clzl(a) : 64ul; }
 #define vstore4 lb_vstore4
 #define vstore8 lb_vstore8
 #define vstore16 lb_vstore16
-
+#endif
 #endif

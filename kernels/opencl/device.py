@@ -40,6 +40,7 @@ class Device:
         memory_limit: int | None = None,
         local_size: int | None = None,
         one_core: bool = False,
+        kind: str | None = None,
     ) -> None:
         cl = self.cl = opencl()
         self.handle = device
@@ -51,14 +52,15 @@ class Device:
         self._pool = Pool(self._queue, self.memory_limit, largest)
         self.local_size = min(local_size or LOCAL_SIZE, device.max_work_group_size)
         self._programs: dict[tuple[Any, ...], Program] = {}
-        self.is_cpu = bool(device.type & cl.device_type.CPU)
+        self.is_cpu = (kind := driver.kind_of(device, kind)) == "cpu"
         self.is_pocl = driver.is_pocl(device)
+        self._flags = "-w" if self.is_pocl else "-w -D LB_KEEPS_EXACT"  # PoCL's own may be calls
         self.facts = facts.DeviceFacts(
             name=device.name.strip(),
             platform=device.platform.name.strip(),
             driver=f"{device.platform.version.strip()}; driver {device.driver_version.strip()}",
             version=device.version.strip(),
-            kind="cpu" if self.is_cpu else "gpu" if device.type & cl.device_type.GPU else "other",
+            kind=kind,
             compute_units=int(device.max_compute_units),
             memory_bytes=int(device.global_mem_size),
             largest_allocation_bytes=largest,
@@ -77,30 +79,26 @@ class Device:
         memory_limit: int | None = None,
         local_size: int | None = None,
         one_core: bool = False,
+        kind: str | None = None,
     ) -> Device:
         """The device asked for, ready to use.
 
         Args:
-            name: part of a platform's or device's name ("pocl", "nvidia"), or "platform:device" by index ("0:1");
+            name: words of a platform's or device's name ("pocl 3.1", "intel"), or "platform:device" by index ("0:1");
                 None takes `LODBENCH_DEVICE`, else PoCL, else the first device found.
             memory_limit: bytes that may be allocated, to make running out testable; None takes the device's own.
             local_size: work-items per group where a kernel does not fix it; None takes 64.
             one_core: use a single compute unit of the device.
+            kind: "gpu" tries the forms for graphics cards on any device; None takes `LODBENCH_KIND`, else what it is.
 
         Raises:
             DeviceError: no driver, no such device, or the device cannot be split.
         """
         handle = choose_device(name or os.environ.get("LODBENCH_DEVICE") or "")
         if one_core:
-            cl = opencl()
-            try:
-                handle = handle.create_sub_devices([cl.device_partition_property.EQUALLY, 1])[0]
-            except cl.Error as error:
-                if handle.max_compute_units > 1:
-                    raise Unsupported(
-                        f"needs a device that can be split, device has none: {error}"
-                    ) from None
-        return cls(handle, memory_limit=memory_limit, local_size=local_size, one_core=one_core)
+            handle = driver.one_core_of(handle)
+        given = {"memory_limit": memory_limit, "local_size": local_size, "kind": kind}
+        return cls(handle, one_core=one_core, **given)
 
     @property
     def queue(self) -> Any:
@@ -161,7 +159,7 @@ class Device:
             left_out = {PRELUDE, *(name for text in theirs for name in text.parts)}
             source = "\n".join(text for name, text in texts.items() if name not in left_out)
             try:
-                compiled = self.compile(list(texts.items()), f"-w {options}")
+                compiled = self.compile(list(texts.items()), f"{self._flags} {options}")
             except DeviceError as error:
                 for text in theirs:
                     if reason := text.blamed(str(error.__context__)):
@@ -176,9 +174,8 @@ class Device:
         Raises:
             Unsupported: the device, or its limit, has no room for it.
         """
-        shape = (
-            (int(shape),) if isinstance(shape, int | np.integer) else tuple(int(n) for n in shape)
-        )
+        lengths = (shape,) if isinstance(shape, int | np.integer) else shape
+        shape = tuple(int(n) for n in lengths)
         dtype = np.dtype(dtype)
         memory = self._pool.take(name, size_of(shape, dtype))
         return Buffer(name, shape, dtype, memory, self._pool.give_back)

@@ -107,7 +107,10 @@ def pin_pocl_threads() -> None:
 
 
 def list_devices() -> list[tuple[str, str, str, Any]]:
-    """("platform:device" index, platform name, device name, handle) of every device, in the loader's order."""
+    """("platform:device" index, platform name, device name, handle) of every device, in the loader's order.
+
+    A platform of PoCL has its version in its name: several may be installed, such as pip's and the system's.
+    """
     global _loaded
     check_process()
     cl = opencl()
@@ -126,16 +129,21 @@ def list_devices() -> list[tuple[str, str, str, Any]]:
         except cl.Error:
             continue
         for d, device in enumerate(devices):
-            found.append((f"{p}:{d}", platform.name.strip(), device.name.strip(), device))
+            found.append((f"{p}:{d}", _platform_name(platform), device.name.strip(), device))
     return found
 
 
+def _platform_name(platform: Any) -> str:
+    version = re.search(r"PoCL (\S+)", platform.version)
+    return f"{platform.name.strip()} {version[1]}" if version else platform.name.strip()
+
+
 def is_named(wanted: str, index: str, platform: str, device: str) -> bool:
-    """Is the device the one at index `wanted` ("0:1"), or does its platform or name hold that text?"""
+    """Is the device the one at index `wanted` ("0:1"), or do its platform and name hold every word of it?"""
     if re.fullmatch(r"\d+:\d+", wanted):
         return wanted == index
     platform = platform.replace("Portable Computing Language", "PoCL, Portable Computing Language")
-    return wanted.lower() in f"{platform} {device}".lower()
+    return all(word in f"{platform} {device}".lower() for word in wanted.lower().split())
 
 
 def is_pocl(handle: Any) -> bool:
@@ -143,16 +151,53 @@ def is_pocl(handle: Any) -> bool:
     return "PoCL" in handle.platform.version
 
 
+def is_intel(handle: Any) -> bool:
+    """Is the device one of Intel's runtimes'?"""
+    return "Intel" in handle.platform.name
+
+
 def needs_prelude(handle: Any) -> bool:
     """Are the driver's own built-ins to be replaced by `common/prelude.cl`? `LODBENCH_PRELUDE` = 0 or 1 decides.
 
-    Some PoCL builds do not inline their own library on some hosts: every built-in is a call, or does not compile at
-    all. Where PoCL does inline, the prelude compiles to the same code.
+    OpenCL leaves open how `mad`, `mix`, `dot` or `rsqrt` round, and Intel's differ from PoCL's: with the prelude a
+    result has the same bytes on both. Some PoCL builds do not inline their own library on some hosts besides: every
+    built-in is a call, or does not compile at all. Where PoCL does inline, the prelude compiles to the same code.
     """
     forced = os.environ.get("LODBENCH_PRELUDE")
     if forced in ("0", "1"):
         return forced == "1"
-    return is_pocl(handle) and bool(handle.type & opencl().device_type.CPU)
+    known = is_pocl(handle) or is_intel(handle)
+    return known and bool(handle.type & opencl().device_type.CPU)
+
+
+def kind_of(handle: Any, forced: str | None = None) -> str:
+    """The kind that kernels see, "cpu", "gpu" or "other": as `forced` or `LODBENCH_KIND` says, else what it is.
+
+    Raises:
+        ValueError: another kind.
+    """
+    forced = forced or os.environ.get("LODBENCH_KIND")
+    if forced:
+        if forced not in ("cpu", "gpu"):
+            raise ValueError(f"kind, LODBENCH_KIND: expected cpu or gpu, got {forced!r}")
+        return forced
+    types = opencl().device_type
+    return "cpu" if handle.type & types.CPU else "gpu" if handle.type & types.GPU else "other"
+
+
+def one_core_of(handle: Any) -> Any:
+    """A single compute unit of a device.
+
+    Raises:
+        Unsupported: it cannot be split.
+    """
+    cl = opencl()
+    try:
+        return handle.create_sub_devices([cl.device_partition_property.EQUALLY, 1])[0]
+    except cl.Error as error:
+        if handle.max_compute_units == 1:
+            return handle
+        raise Unsupported(f"needs a device that can be split, device has none: {error}") from None
 
 
 def choose_device(wanted: str) -> Any:

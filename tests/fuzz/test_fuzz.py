@@ -121,7 +121,54 @@ def test_record_of_faults_has_no_loss():
 
 @pytest.mark.parametrize(
     ("name", "description"),
-    [("patches.npz", {"edits": [["repeat", 47, 599], ["flip", 119698, 223]], "whole": 2})],
+    [
+        ("patches.npz", {"edits": [["repeat", 47, 599], ["flip", 119698, 223]], "whole": 2}),
+        # headers that promise terabytes, and a number too large for an integer
+        (
+            "patches.npz",
+            {
+                "edits": [
+                    ["number", 1879519, 2336],
+                    ["word", 696, 60180],
+                    ["word", 696, 60180],
+                    ["number", 10723, 14111940],
+                ],
+                "whole": 1,
+            },
+        ),
+        (
+            "geometry_image.npz",
+            {
+                "edits": [
+                    ["number", 293197, 48690960],
+                    ["number", 301027, 1943],
+                    ["flip", 12864, 3678],
+                    ["number", 301027, 1943],
+                ],
+                "whole": 1,
+            },
+        ),
+        (
+            "height_map.npy",
+            {
+                "edits": [
+                    ["number", 1879519, 2336],
+                    ["number", 696, 60180],
+                    ["word", 696, 60180],
+                    ["number", 10723, 14111940],
+                ],
+                "whole": 1,
+            },
+        ),
+        ("nurbs.stp", {"edits": [["number", 45596, 872]], "whole": 0}),
+        (
+            "nurbs.stp",
+            {
+                "edits": [["word", 7528686, 2957], ["word", 30234, 229], ["word", 7528686, 1840]],
+                "whole": 1,
+            },
+        ),
+    ],
 )
 def test_what_was_lost_once_is_refused(name, description):
     assert targets.outcome(targets.target(name), description) == "refused"

@@ -33,7 +33,7 @@ def test_device_facts_are_filled(device):
     assert facts.name and facts.platform and facts.driver
     assert facts.memory_bytes >= facts.largest_allocation_bytes > 0
     assert facts.compute_units >= 1
-    assert facts.prelude == (device.is_pocl and device.is_cpu)
+    assert facts.prelude == driver.needs_prelude(device.handle)
 
 
 @pytest.mark.parametrize("forced", ["0", "1"])

@@ -99,6 +99,8 @@ def test_pocl_threads_are_left_alone_where_the_system_cannot_pin(monkeypatch):
         ("pocl", "0:0", POCL, "cpu", True),
         ("portable", "0:0", POCL, "cpu", True),
         ("pocl", "0:0", "Intel", "cpu", False),
+        ("pocl 3.1", "0:0", f"{POCL} 3.1+debian", "cpu", True),
+        ("pocl 3.1", "0:0", f"{POCL} 3.0-rc2", "cpu", False),
         ("0:", "0:0", "Intel", "cpu", False),
         ("", "0:0", "Intel", "cpu", True),
     ],
@@ -110,25 +112,28 @@ def test_device_is_named_by_its_index_or_a_part_of_its_names(
 
 
 @pytest.mark.parametrize(
-    ("version", "kind", "forced", "expected"),
+    ("platform", "kind", "forced", "expected"),
     [
-        ("OpenCL 1.2 PoCL 3.0", "CPU", None, True),
-        ("OpenCL 1.2 PoCL 3.0", "GPU", None, False),
-        ("OpenCL 3.0 CUDA", "CPU", None, False),
-        ("OpenCL 1.2 PoCL 3.0", "CPU", "0", False),
-        ("OpenCL 3.0 CUDA", "GPU", "1", True),
-        ("OpenCL 3.0 CUDA", "GPU", "yes", False),  # neither 0 nor 1 says nothing
-        ("OpenCL 1.2 PoCL 3.0", "CPU", "", True),
+        ("PoCL 3.0", "CPU", None, True),
+        ("PoCL 3.0", "GPU", None, False),
+        ("Intel(R) OpenCL", "CPU", None, True),  # its mad, mix and rsqrt round otherwise
+        ("Intel(R) OpenCL Graphics", "GPU", None, False),
+        ("CUDA", "CPU", None, False),
+        ("PoCL 3.0", "CPU", "0", False),
+        ("CUDA", "GPU", "1", True),
+        ("CUDA", "GPU", "yes", False),  # neither 0 nor 1 says nothing
+        ("PoCL 3.0", "CPU", "", True),
     ],
 )
-def test_prelude_is_for_processors_of_pocl_unless_it_is_forced(
-    monkeypatch, version, kind, forced, expected
+def test_prelude_is_for_processors_unless_it_is_forced(
+    monkeypatch, platform, kind, forced, expected
 ):
     monkeypatch.delenv("LODBENCH_PRELUDE", raising=False)
     if forced is not None:
         monkeypatch.setenv("LODBENCH_PRELUDE", forced)
     handle = SimpleNamespace(
-        platform=SimpleNamespace(version=version), type=getattr(driver.opencl().device_type, kind)
+        platform=SimpleNamespace(name=platform, version=f"OpenCL 1.2 {platform}"),
+        type=getattr(driver.opencl().device_type, kind),
     )
     assert driver.needs_prelude(handle) is expected
 
@@ -149,17 +154,17 @@ def test_devices_are_listed_by_platform_and_place_and_a_platform_that_fails_is_l
 
     class Platform:
         def __init__(self, name, *devices):
-            self.name, self.devices = name, devices
+            self.name, self.devices, self.version = name, devices, f"OpenCL 3.0 {name}"
 
         def get_devices(self):
             if not self.devices:
                 raise cl.RuntimeError("clGetDeviceIDs", -1)
             return [SimpleNamespace(name=name) for name in self.devices]
 
-    platforms = [Platform(" One ", "a ", "b"), Platform("Broken"), Platform("Three", "c")]
+    platforms = [Platform(" One ", "a ", "b"), Platform("Broken"), Platform("PoCL 3.1+x", "c")]
     monkeypatch.setattr(cl, "get_platforms", lambda: platforms)
     assert [found[:3] for found in driver.list_devices()] == [
-        ("0:0", "One", "a"), ("0:1", "One", "b"), ("2:0", "Three", "c"),
+        ("0:0", "One", "a"), ("0:1", "One", "b"), ("2:0", "PoCL 3.1+x 3.1+x", "c"),
     ]  # fmt: skip
 
 
