@@ -66,7 +66,8 @@ def _scan_like(genus: int, holes: int, count: int) -> Sized:
 
 def _parted(parts: int, count: int) -> Sized:
     """So many closed parts that lie in each other."""
-    total, make = _geodesic(shapes.blob_with_ears, count // parts)
+    segments = max(1, round((count / parts / 20) ** 0.5))
+    make = partial(shapes.blob_with_ears, segments)
 
     def made() -> TriangleMesh:
         one = make()
@@ -78,7 +79,7 @@ def _parted(parts: int, count: int) -> Sized:
         faces = one.triangles[None] + steps[:, None, None]
         return TriangleMesh(points.reshape(-1, 3), faces.reshape(-1, 3))
 
-    return parts * total, made
+    return parts * 20 * segments**2, made
 
 
 SHAPES: dict[str, tuple[Callable[[int], Sized], str]] = {
