@@ -20,6 +20,8 @@ from lodbench.kernels.targets import given_targets
 Points = NDArray[np.floating]  # float32 where such came in, else float64
 Faces = NDArray[np.uint32]
 
+NAMED = (str, type(None))  # what a method is said by
+
 
 @cache
 def _default_device(name: str | None) -> Device:
@@ -78,8 +80,8 @@ def simplify_mesh(
         TypeError, ValueError: an argument is wrong; not exactly one of the targets.
         Unsupported: the device cannot hold the mesh.
     """
-    if method is not None:
-        check("method", method, str)
+    if type(method) not in NAMED:
+        check("method", method, str | None)
     surface = mesh if isinstance(mesh, GeometryImage) else with_triangles(as_mesh(mesh))
     chosen = verbs.method("simplify", method, surface)
     targets = {
@@ -155,8 +157,8 @@ def refine_mesh(
         TypeError, ValueError: an argument is wrong.
         Unsupported: the device cannot hold the result.
     """
-    if method is not None:
-        check("method", method, str)
+    if type(method) not in NAMED:
+        check("method", method, str | None)
     coarse = with_triangles(as_mesh(mesh))
     chosen = verbs.method("refine", method, coarse)
     result = chosen(open_device(device), coarse, segments=segments, weld=weld, **options)
@@ -211,8 +213,8 @@ def tessellate_surface(
         TypeError, ValueError: an argument is wrong, or no system takes the surface.
         Unsupported: the device cannot hold the result.
     """
-    if method is not None:
-        check("method", method, str)
+    if type(method) not in NAMED:
+        check("method", method, str | None)
     surface = _curved(surface)
     by_screen = options.get("view") is not None or "pixel_area" in options
     chosen = verbs.method("tessellate", method, surface, by_screen)

@@ -145,6 +145,19 @@ def run_borders(device):
         scan.CHUNK_ROWS, device.facts = whole, facts
 
 
+def run_shared(device, system):
+    """The first case where items share a map, as on a GPU: what atomics placed is brought into order."""
+    whole, kind, scan.GPU_CHUNK_ROWS, device.is_cpu = scan.GPU_CHUNK_ROWS, device.is_cpu, 16, False
+    try:
+        params = dataclasses.replace(smaller(next(iter(system.cases.values()))), form="blocks")
+        prepared = system.prepare(device, icosphere(1), params)
+        run(device, prepared)
+        check = prepared.check()
+        return [] if check.passed else [f"shared: {check.what} {check.value}"]
+    finally:
+        scan.GPU_CHUNK_ROWS, device.is_cpu = whole, kind
+
+
 def run_system(device, name):
     failed, skipped = [], []
     system = systems()[name]
@@ -171,6 +184,8 @@ def run_system(device, name):
         failed += run_long_rows(device, system)
     if name == "quadric_clustering":
         failed += run_borders(device)
+    if name == "edge_collapse":
+        failed += run_shared(device, system)
     failed += run_mapped(device, system)
     if system.streams is not None:
         run_streamed(device, system)

@@ -6,7 +6,8 @@
 //                                          in eight lanes, of which five are read
 //           controls  float[4 * controls]  as nurbs/surface.cl has them
 // Writes    nothing
-// Needs     nurbs/basis.cl, nurbs/surface.cl
+// Needs     nurbs/basis.cl nurbs/surface.cl
+// Defines   RATIONAL, NORMALS, STREAMING (nurbs/surface.cl)
 // Plain     nurbs/rpns/sampling.py
 
 #pragma OPENCL FP_CONTRACT OFF

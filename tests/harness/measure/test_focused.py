@@ -30,7 +30,7 @@ def test_ball_parts_errors_and_triangles():
 
 def test_finer_region_is_closer_inside_and_farther_outside():
     focus = Focus((1, 0.5, 0.5), 0.15)
-    even = simplify_mesh(None, FINE, target_count=800).mesh
+    even = simplify_mesh(None, FINE, target_count=800, method="quadric_clustering").mesh
     warped = simplify_mesh(
         None, FINE, target_count=even.triangle_count, regions=[focus.region(FINE, 8)]
     ).mesh

@@ -120,6 +120,6 @@ def test_single_subject_goes_on_for_its_own_median():
 
 def test_peak_memory_sees_what_was_freed_again():
     peak = timing.PeakMemory()
-    np.ones(1 << 22)  # 32 MiB, written and gone
+    np.ones(1 << 23)  # 64 MiB, written and gone: more than an allocator keeps for itself
     growth = peak.growth_bytes()
-    assert growth is None or growth > 30 << 20
+    assert growth is None or growth > 60 << 20
