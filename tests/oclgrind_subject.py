@@ -24,6 +24,7 @@ from lodbench.datasets_gen.triangles import icosphere, plane
 from lodbench.harness.measure.limits import measure, measure_compaction
 from lodbench.harness.plan.registry import systems
 from lodbench.kernels.bezier.semi_adaptive import Params as SemiParams
+from lodbench.kernels.cluster import clustering
 from lodbench.kernels.cluster.edge_collapse import sweeps
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.opencl.device import Device
@@ -123,7 +124,8 @@ def draw(device, prepared, subject):
 
 def run_in_chunks(device, system):
     """The first case again, cut into more chunks than so few rows have by themselves."""
-    whole, scan.CHUNK_ROWS = scan.CHUNK_ROWS, 16
+    whole, few = scan.CHUNK_ROWS, clustering.FEW_WORDS
+    scan.CHUNK_ROWS, clustering.FEW_WORDS = 16, 0
     try:
         surface = next(surface for _, surface in surfaces(system.takes))
         prepared = system.prepare(device, surface, smaller(next(iter(system.cases.values()))))
@@ -131,7 +133,7 @@ def run_in_chunks(device, system):
         check = prepared.check()
         return [] if check.passed else [f"in chunks: {check.what} {check.value}"]
     finally:
-        scan.CHUNK_ROWS = whole
+        scan.CHUNK_ROWS, clustering.FEW_WORDS = whole, few
 
 
 def run_borders(device):

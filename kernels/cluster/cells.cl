@@ -82,6 +82,19 @@ __kernel void cluster_cells_rank(
     if (chunk == chunk_count - 1) state[0] = rank;
 }
 
+// both by one item, where the words are few: a launch takes longer than these
+__kernel void cluster_cells_number(
+    __global const ulong8 *restrict marks,
+    __global ulong2 *restrict words,
+    __global uint *restrict chunk_sums,
+    __global uint *restrict state,
+    const uint word_count)
+{
+    if (get_global_id(0) > 0) return;
+    cluster_cells_count(marks, words, chunk_sums, word_count, 1);
+    cluster_cells_rank(chunk_sums, words, state, word_count, 1);
+}
+
 static inline float cell_rank(__global const ulong2 *restrict words, const uint cell, const uint capacity)
 {
     const ulong2 word = words[cell / 64];

@@ -26,6 +26,8 @@ from lodbench.kernels.subject import POINT, WORD, DeviceSubject, Step
 from lodbench.kernels.system import DeviceSurface, Frame
 from lodbench.kernels.targets import missed
 
+FEW_WORDS = 8192  # of cells: one core numbers them sooner than two launches are under way
+
 # launches that this device has compiled; a second subject need not run a frame to warm them
 _warm: WeakKeyDictionary[Device, set[tuple[Any, ...]]] = WeakKeyDictionary()
 
@@ -111,12 +113,19 @@ class Clustering(DeviceSubject):
             upload.warping.stage = stage
             self.add(upload.warping, bytes=3 * POINT * self._vertices)
         self.fill(stage, marks, 0)
-        for launch in (
-            self.launch("cluster_cells_mark", self._vertices, stage, marks=marks, **place),
-            self.launch("cluster_cells_count", words_count, stage, marks=eights, **rank),
-            self.launch("cluster_cells_rank", words_count, stage, state=self.state, **rank),
-        ):
-            self.add(launch)
+        self.add(self.launch("cluster_cells_mark", self._vertices, stage, marks=marks, **place))
+        if self.device.is_cpu and words_count <= FEW_WORDS:
+            name = "cluster_cells_number"
+            self.add(
+                self.program(name).launch(
+                    name, 1, stage=stage, local=1, marks=eights, state=self.state, **rank
+                )
+            )
+        else:
+            self.add(self.launch("cluster_cells_count", words_count, stage, marks=eights, **rank))
+            self.add(
+                self.launch("cluster_cells_rank", words_count, stage, state=self.state, **rank)
+            )
         for step in self._steps:
             step.enqueue(Timeline())
         self._found = len(self._steps)

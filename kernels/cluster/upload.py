@@ -10,15 +10,14 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import Indices, TriangleMesh
 from lodbench.kernels.cluster import warp as warps
-from lodbench.kernels.cluster.borders import NO_EDGES, border_edges, cancel, edge_sums
+from lodbench.kernels.cluster.borders import NO_EDGES, border_edges, cancel
 from lodbench.kernels.cluster.warp import Warp
 from lodbench.kernels.opencl import Buffer, Device, Launch, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
 
 # built as one program with a system's own: a build reads the driver's headers and the prelude anew, most of its time
 SHARED = tuple(
-    f"cluster/{name}.cl"
-    for name in ("box", "cells", "compact", "emit", "search", "borders", "borders_keep")
+    f"cluster/{name}.cl" for name in ("look", "cells", "compact", "emit", "search", "borders_keep")
 )
 
 
@@ -71,17 +70,30 @@ class Upload:
             else:
                 self.program = device.build(*files, *SHARED, warps.FILE, defines=warps.DEFINES)
         with self.setup.host("box"):
-            looks = [self._boxes(self.positions)]
-            if borders:
-                looks.append(edge_sums(device, self.program, self.triangles))
+            looks = (
+                self._looks() if borders and mesh.vertex_count else [self._boxes(self.positions)]
+            )
             boxes, *sums = device.read_all(*((look, None) for look in looks))
-            self._closed = bool(sums) and cancel(sums[0])
+            self._closed = not mesh.triangle_count or (bool(sums) and cancel(sums[0]))
             self.low, self.high = self.box = _box(boxes)
         self.warp, self.placed = warp, self.positions
         self.warping: Launch | None = None
         if warp is not None:
             with self.setup.host("warp"):
                 self._prepare_warp(warp)
+
+    def _looks(self) -> list[Buffer]:
+        """What `_boxes` gives of the mesh, and `edge_sums` of its triangles, from one launch; never waits."""
+        device, vertices, triangles = self.device, self.mesh.vertex_count, self.mesh.triangle_count
+        chunks = chunk_count(device, max(vertices, triangles))
+        boxes = device.allocate("boxes", (chunks, 2, 3, 8), np.float32)
+        sums = device.allocate("sums", (chunks, 2), np.uint32)
+        self.program.launch(
+            "cluster_look", chunks, stage="box", local=chunk_local(device),
+            positions=self.positions, triangles=self.triangles, boxes=boxes, sums=sums,
+            vertex_count=vertices, triangle_count=triangles, chunk_count=chunks,
+        )(Timeline())  # fmt: skip
+        return [boxes, sums]
 
     def _boxes(self, positions: Buffer) -> Buffer:
         """Corners of boxes that together hold all positions, (boxes, lower and upper, xyz, 8); never waits."""

@@ -26,7 +26,10 @@ def checked(
     Raises:
         TypeError, ValueError: it has another one.
     """
-    array = np.require(values, requirements=("C", "A"))
+    if isinstance(values, np.ndarray) and values.flags.c_contiguous and values.flags.aligned:
+        array = values
+    else:
+        array = np.require(values, requirements=("C", "A"))
     if dtype is not None and array.dtype != np.dtype(dtype):
         raise TypeError(f"{name}: expected {np.dtype(dtype)}, got {array.dtype}")
     if shape is not None and (
