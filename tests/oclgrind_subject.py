@@ -25,6 +25,7 @@ from lodbench.harness.measure.limits import measure, measure_compaction
 from lodbench.harness.plan.registry import systems
 from lodbench.kernels.bezier.semi_adaptive import Params as SemiParams
 from lodbench.kernels.cluster import clustering
+from lodbench.kernels.cluster.borders import cancel, edge_sums
 from lodbench.kernels.cluster.edge_collapse import sweeps
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.opencl.device import Device
@@ -141,8 +142,10 @@ def run_borders(device):
     whole, facts, scan.CHUNK_ROWS = scan.CHUNK_ROWS, device.facts, 16
     try:
         device.facts = dataclasses.replace(facts, compute_units=2)
-        found = len(Upload(device, plane(6)).border_edges)
-        return [] if found == 24 else [f"borders: {found} edges"]
+        sheet = Upload(device, plane(6))
+        found = len(sheet.border_edges)
+        closed = cancel(device.read(edge_sums(device, sheet.program, sheet.triangles)))
+        return [] if found == 24 and not closed else [f"borders: {found} edges, closed: {closed}"]
     finally:
         scan.CHUNK_ROWS, device.facts = whole, facts
 
