@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
-from lodbench.kernels.launching import group_size
 from lodbench.kernels.nurbs.params import BASES
 from lodbench.kernels.nurbs.rpns.params import CULLING, Params
 from lodbench.kernels.nurbs.rpns.quads import COLLAPSED, quads_of
@@ -23,6 +22,7 @@ from lodbench.kernels.system import DeviceSurface, Frame
 
 FIRST_VERTICES = 1 << 16  # that there is room for to begin with, where KSQuads adapt
 ITEMS = 256  # of a CPU, that share the KSQuads evenly
+OCTETS = 2  # of a CPU's group: more would be shared out unevenly
 SPARE = 1.25  # times the room that a frame needed
 BREAKS = (0.25, 0.5, 0.75)
 
@@ -64,6 +64,7 @@ class Frames(Tessellated):
             self._steps.clear()
         with self.setup.host("tables"):
             self._tables = quads_of(model, self.grids, self._borders)
+        self._items = min(count, ITEMS) if device.is_cpu else count
         self._upload()
         self._add_geometry()
         self._add_sampler()
@@ -80,7 +81,7 @@ class Frames(Tessellated):
         with self.setup.host("upload"):
             self._held = {
                 name: self.upload(name, getattr(tables, name), role="pattern")
-                for name in ("octets", "firsts", "beziers", "choose", "edges")
+                for name in ("octets", "firsts", "beziers", "choose", "edges", "by_place")
             }
             self._quads = self.upload("quads", tables.rows, role="pattern")
             self._fives = self.upload("fives", tables.fives, role="pattern")
@@ -91,6 +92,8 @@ class Frames(Tessellated):
             self._factors = self.upload("factors", factors, role="scratch")
         self._flags = self.allocate("flags", count, np.uint8)
         self._sizes = self.allocate("sizes", (count, 8), np.float32)
+        shape = (count if self._params.adapts else 0, 8)
+        self._middles = self.allocate("middles", shape, np.float32)
         words = ("kept", "vertex_counts", "triangle_counts", "vertex_offsets", "triangle_offsets")
         self._lists = {name: self.allocate(name, count, np.uint32) for name in words}
         totals = ("total", "vertex_total", "triangle_total")
@@ -101,12 +104,12 @@ class Frames(Tessellated):
         """Which KSQuads stay."""
         params, read = self._params, self._held
         with self.setup.host("build"):
-            program = self.device.build(
-                "nurbs/rpns/geometry.cl", defines={"CULLING": CULLING.index(params.culling)}
-            )
+            switches = {"CULLING": CULLING.index(params.culling)}
+            switches["RATIONAL"] = self.defines["RATIONAL"]
+            program = self.device.build("nurbs/rpns/geometry.cl", defines=switches)
         none = (0.0, 0.0, 0.0, 0.0)
         self._cull = program.launch(
-            "rpns_geometry_cull", len(self._tables.octets), stage="cull", local=group_size(self.device),
+            "rpns_geometry_cull", len(self._tables.octets), stage="cull", local=OCTETS if self.device.is_cpu else None,
             surfaces=self.buffers["surfaces"], controls=self.buffers["controls"], flags=self._flags,
             eye=none, clip_x=none, clip_y=none, clip_w=none, in_view=1, octet_count=len(self._tables.octets),
             **{name: read[name] for name in ("octets", "firsts", "beziers", "choose")},
@@ -136,31 +139,28 @@ class Frames(Tessellated):
             self._program = self.device.build(
                 "nurbs/rpns/sampler.cl", "nurbs/rpns/dices.cl", defines=self.defines | switches
             )
-        none = (0.0, 0.0, 0.0, 0.0)
-        shared = {
-            "surfaces": self.buffers["surfaces"], "controls": self.buffers["controls"],
-            "fives": self._fives, "factors": self._factors, "screen_x": none, "screen_y": none,
-            "screen_w": none, "side": float(np.sqrt(params.pixel_area)),
-            "finest": float(params.finest),
-        }  # fmt: skip
-        local, edges = group_size(self.device), self._held["edges"]
-        self._sized = []
+        read, none = self._held, (0.0, 0.0, 0.0, 0.0)
+        shared = {"factors": self._factors, "middles": self._middles}
+        self._lengths = None
         if params.adapts:
-            launch = self._program.launch(
-                "rpns_sampler_edges", len(self._tables.edges), stage="edges", local=local, edges=edges,
-                flags=self._flags, edge_count=len(self._tables.edges), **shared,
+            octets = len(self._tables.octets)
+            self._lengths = self._program.launch(
+                "rpns_sampler_lengths", octets, stage="lengths", local=OCTETS if self.device.is_cpu else None,
+                octets=read["octets"], edges=read["edges"], firsts=read["firsts"], places=read["by_place"],
+                surfaces=self.buffers["surfaces"], controls=self.buffers["controls"], fives=self._fives,
+                flags=self._flags, screen_x=none, screen_y=none, screen_w=none,
+                side=float(np.sqrt(params.pixel_area)), finest=float(params.finest),
+                stride=self._tables.by_place.shape[2], octet_count=octets, **shared,
             )  # fmt: skip
-            self.add(launch, bytes=2 * self.buffers["controls"].size_bytes)
-            self._sized.append(launch)
+            self.add(self._lengths, bytes=2 * self.buffers["controls"].size_bytes)
         lists, totals = self._lists, self._totals
         launch = self._program.launch(
-            "rpns_sampler_sizes", count, stage="sizes", local=local, quads=self._quads,
-            kept=lists["kept"], total=totals["total"], sizes=self._sizes,
+            "rpns_sampler_sizes", self._items, stage="sizes", local=chunk_local(self.device),
+            quads=self._quads, kept=lists["kept"], total=totals["total"], sizes=self._sizes,
             vertex_counts=lists["vertex_counts"], triangle_counts=lists["triangle_counts"],
-            quad_count=count, **shared,
+            quad_count=count, item_count=self._items, **shared,
         )  # fmt: skip
-        self.add(launch, bytes=self.buffers["controls"].size_bytes)
-        self._sized.append(launch)
+        self.add(launch, bytes=4 * 16 * count)
         self._scan("vertex")
 
     def _scan(self, what: str) -> None:
@@ -186,16 +186,15 @@ class Frames(Tessellated):
         self._facing = self.allocate("facing", vertices if params.dice_culling else 0, np.uint8)
         self._room = int(vertices), int(triangles)
         del self._steps[self._fixed :]
-        items = min(count, ITEMS) if self.device.is_cpu else count
         shared = {
             "sizes": self._sizes, "total": totals["total"], "facing": self._facing,
             "vertex_offsets": lists["vertex_offsets"], "quad_count": count, "vertex_room": vertices,
-            "item_count": items,
+            "item_count": self._items,
         }  # fmt: skip
         read = {name: self.buffers[name] for name in ("surfaces", "spans", "controls", "scales")}
         local = chunk_local(self.device)
         self._evaluate = self._program.launch(
-            "rpns_dices_vertices", items, stage="dices", local=local, quads=self._quads,
+            "rpns_dices_vertices", self._items, stage="dices", local=local, quads=self._quads,
             edges=self._held["edges"], fives=self._fives, factors=self._factors,
             corners=self.positions, kept=lists["kept"], positions=self._points,
             normals=self._directions, triangle_counts=lists["triangle_counts"],
@@ -205,7 +204,7 @@ class Frames(Tessellated):
         self.add(self._evaluate, bytes=lambda own: size * own.live()[0])
         self._scan("triangle")
         emit = self._program.launch(
-            "rpns_dices_triangles", items, stage="emit", local=local,
+            "rpns_dices_triangles", self._items, stage="emit", local=local,
             triangle_offsets=lists["triangle_offsets"], vertex_total=totals["vertex_total"],
             triangle_total=totals["triangle_total"], triangles=self._triangle,
             counts=self._counts, triangle_room=triangles, **shared,
@@ -233,8 +232,8 @@ class Frames(Tessellated):
             inside = (np.abs(ends[:, :2]) <= 0.999 * ends[:, 3:]).all()
             self._cull.set(eye=eye, clip_x=x, clip_y=y, clip_w=w, in_view=int(inside))
             x, y, w = pixel_rows(view)
-            for launch in self._sized:
-                launch.set(screen_x=x, screen_y=y, screen_w=w)
+            if self._lengths is not None:
+                self._lengths.set(screen_x=x, screen_y=y, screen_w=w)
             self._seen = frame.view
         return self._steps
 

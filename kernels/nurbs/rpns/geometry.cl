@@ -3,7 +3,8 @@
 // Source    Concheiro 2013, section 6.4.2
 // Work      1-D, one item per octet of KSQuads
 // Reads     octets    uint [8 * octet_count]  surface, first control row, record of u, record of the first v, how many,
-//                                             first KSQuad
+//                                             first KSQuad, 1: other surfaces share an edge of one, first edge of the
+//                                             surface
 //           surfaces  uint [16 * surfaces]    as nurbs/surface.cl has them
 //           firsts    uint [records]          first control column of each span
 //           beziers   float[64 * records]     from the control points of a span to those of its Bezier curve, 8 x 8
@@ -12,30 +13,35 @@
 // Writes    flags     uchar[quads]            1: it stays
 // Needs     common/transpose.cl, nurbs/rpns/facing.cl
 // Plain     nurbs/rpns/reference.py
-// Defines   CULLING (0: none, 1: strong, 2: light, 3: certified)
+// Defines   CULLING (0: none, 1: strong, 2: light, 3: certified), RATIONAL (0: all weights are 1)
 
 static inline void rpns_add(net8 *sum, const float8 share, const net8 a)
 {
-    sum->x += share * a.x, sum->y += share * a.y, sum->z += share * a.z, sum->w += share * a.w;
+    sum->x += share * a.x, sum->y += share * a.y, sum->z += share * a.z;
+    if (RATIONAL) sum->w += share * a.w;
 }
 
 #if CULLING == 3
+// a control point of a span that its Bezier curve's point `a` does not depend on
+static inline bool rpns_apart(const uint a, const uint k, const uint p) { return (k == 0 && a > 0) || (k == p && a < p); }
+
 // can it be shown that KSQuads face away? Their nets become those of Bezier surfaces
-static inline int8 rpns_certified(net8 *net, const float3 from, __global const float *beziers, const uint8 row,
+static inline __attribute__((always_inline)) int8 rpns_certified(net8 *net, const float3 from, __global const float *beziers, const uint8 row,
     const uint p, const uint q, const uint count, __global const float *choose)
 {
-    const net8 none = {(float8)(0.0f), (float8)(0.0f), (float8)(0.0f), (float8)(0.0f)};
+    const net8 none = {(float8)(0.0f), (float8)(0.0f), (float8)(0.0f), (float8)(RATIONAL ? 0.0f : 1.0f)};
     net8 half_way[64];
     for (uint a = 0; a <= p; ++a)
         for (uint l = 0; l <= q; ++l) {
             net8 sum = none;
             for (uint k = 0; k <= p; ++k)
-                rpns_add(&sum, (float8)(beziers[64 * row.s2 + 8 * a + k]), net[8 * k + l]);
+                if (!rpns_apart(a, k, p)) rpns_add(&sum, (float8)(beziers[64 * row.s2 + 8 * a + k]), net[8 * k + l]);
             half_way[8 * a + l] = sum;
         }
     for (uint b = 0; b <= q; ++b) {
         for (uint a = 0; a <= p; ++a) net[8 * a + b] = none;
         for (uint l = 0; l <= q; ++l) {
+            if (rpns_apart(b, l, q)) continue;
             float shares[8];
             for (uint lane = 0; lane < 8; ++lane)
                 shares[lane] = beziers[64 * (row.s3 + min(lane, count - 1)) + 8 * b + l];
@@ -43,7 +49,7 @@ static inline int8 rpns_certified(net8 *net, const float3 from, __global const f
             for (uint a = 0; a <= p; ++a) rpns_add(&net[8 * a + b], share, half_way[8 * a + l]);
         }
     }
-    return p == 3 && q == 3 ? rpns_faces_away(net, from, 3, 3, choose) : rpns_faces_away(net, from, p, q, choose);
+    return rpns_faces_away(net, from, p, q, choose);
 }
 #endif
 
@@ -90,7 +96,9 @@ __kernel void rpns_geometry_cull(
         away = p == 3 && q == 3 ? rpns_net_faces_away(net, from, 3, 3, light) : rpns_net_faces_away(net, from, p, q, light);
 #if CULLING == 3
         // what the middle of the net does not make likely is not tried
-        if (rpns_any(away)) away = rpns_certified(net, from, beziers, row, p, q, count, choose);
+        if (rpns_any(away))
+            away = p == 3 && q == 3 ? rpns_certified(net, from, beziers, row, 3, 3, count, choose)
+                                    : rpns_certified(net, from, beziers, row, p, q, count, choose);
 #endif
         away |= hidden;
     }

@@ -18,6 +18,7 @@ from lodbench.kernels.nurbs.reference import basis
 from lodbench.kernels.nurbs.samples import Numbers, Samples, first_knots
 
 DEGREES = 14  # of products of two tangents, 0 to 13
+PLACES = 5  # of a curve, at which its length on the screen is taken
 HIGH = 4  # lane of `fives` at which a span ends
 ALWAYS, COLLAPSED = 2**32 - 1, 2**32 - 2  # as in nurbs/rpns/sampler.cl
 
@@ -31,6 +32,7 @@ class Quads:
         firsts: (records,) uint32, the first control row of each span of all sides.
         beziers: (records, 64) float32.
         fives: (records, 8, 8) float32, see `nurbs/rpns/curves.cl`.
+        by_place: (5, 8, records + 8) float32, see `nurbs/rpns/lengths.cl`.
         choose: (14, 14) float32, binomial coefficients.
         places: (quads, 3) int64: surface, and the numbers of its spans of u and v.
         rows: (quads, 16) uint32, see `nurbs/rpns/sampler.cl`.
@@ -41,6 +43,7 @@ class Quads:
     firsts: NDArray[np.uint32]
     beziers: Floats
     fives: Floats
+    by_place: Floats
     choose: Floats
     places: Numbers
     rows: NDArray[np.uint32]
@@ -69,7 +72,7 @@ def quads_of(model: NurbsModel, grids: Sequence[Grid], borders: Borders) -> Quad
             np.stack(
                 [
                     zero + s, begins[0][u] - degrees[0], record + u, record + height + v,
-                    np.minimum(LINE, width - v), quad + u * width + v, zero, zero,
+                    np.minimum(LINE, width - v), quad + u * width + v, zero, zero + edge,
                 ], axis=1,
             )
         )  # fmt: skip
@@ -114,11 +117,13 @@ def quads_of(model: NurbsModel, grids: Sequence[Grid], borders: Borders) -> Quad
     n = np.arange(DEGREES)
     found = joined(rows, 16), joined(edges, 8)
     _share(*found, sides, borders)
+    five = joined(fives, 64).astype(np.float32).reshape(-1, 8, 8)
     return Quads(
-        joined(octets, 8).astype(np.uint32),
+        _always(joined(octets, 8), *found).astype(np.uint32),
         np.concatenate([np.zeros(0), *firsts]).astype(np.uint32),
         joined(beziers, 64).astype(np.float32),
-        joined(fives, 64).astype(np.float32).reshape(-1, 8, 8),
+        five,
+        _by_place(five),
         np.asarray(comb(n[:, None], n[None]), np.float32),
         joined(places, 3).astype(np.int64),
         *(rows.astype(np.uint32) for rows in found),
@@ -167,6 +172,23 @@ def _share(rows: Numbers, edges: Numbers, sides: list[list[Numbers]], borders: B
             if not borders.collapsed[s, e]:
                 edges[theirs, 6] = ALWAYS  # the KSQuads of other surfaces are not among its two
     rows[:, 4:8] = name[rows[:, 4:8] >> 1]
+
+
+def _always(octets: Numbers, rows: Numbers, edges: Numbers) -> Numbers:
+    """The octets, those marked of which other surfaces share an edge."""
+    shared = np.zeros(len(edges) + 1, bool)
+    shared[:-1] = edges[:, 6] == ALWAYS
+    own = shared[rows[:, 4:8] >> 1].any(axis=1)
+    number = np.repeat(np.arange(len(octets)), octets[:, 4])
+    octets[:, 6] = np.bincount(number, own, len(octets)) > 0
+    return octets
+
+
+def _by_place(fives: Floats) -> Floats:
+    """Basis functions by place and control point, (5, 8, records + 8): eight spans one after the other are a vector."""
+    found = np.zeros((PLACES, 8, len(fives) + LINE), np.float32)
+    found[:, :, : len(fives)] = fives[:, :, :PLACES].transpose(2, 1, 0)
+    return found
 
 
 def _fives(knots: Doubles, degree: int, begins: Numbers) -> Doubles:

@@ -149,7 +149,8 @@ class Sampled:
         none = np.zeros((0, 16), np.uint32)
         empty = np.zeros((0, 8), np.float32)
         tables = Quads(
-            none[:, :8], none[:, 0], empty, empty, empty, np.zeros((0, 3), np.int64), none, none[:, :8]
+            none[:, :8], none[:, 0], empty, empty, empty, empty, np.zeros((0, 3), np.int64), none,
+            none[:, :8],
         )  # fmt: skip
         return cls(tables, np.zeros(0, np.int64), empty, empty[:, :4], Params())
 
