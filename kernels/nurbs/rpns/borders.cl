@@ -15,11 +15,11 @@
 // vertices of one border of a grid: `places` apart from `first`, n segments; the border itself has m, turned or not
 static inline __attribute__((always_inline)) void rpns_border(__global float *positions, __global float *normals, const nurbs_surface *surface,
     __global const float *net, __global const float *five, __global const float *span, const uint across, const uint degree,
-    const uint step, const uint stride, const uint first, const uint apart, const uint n, const float4 factor,
+    const bool by_u, const uint step, const uint stride, const uint first, const uint apart, const uint n, const float4 factor,
     const uint turned, const float3 low, const float3 high)
 {
     float4 curve[8];
-    if (n > 1) rpns_curve(curve, net, five, 0, across + 1, step, degree + 1, stride);
+    if (n > 1 && by_u) rpns_curve(curve, net, five, 0, across + 1, step, degree + 1, stride);
     const uint m = (uint)factor.x;
     const float8 lanes = (float8)(0, 1, 2, 3, 4, 5, 6, 7);
     float3 before = NORMALS ? vload3(first, normals) : low;
@@ -30,20 +30,30 @@ static inline __attribute__((always_inline)) void rpns_border(__global float *po
         const int8 nearest8 = convert_int8((2.0f * factor.x * k8 + (float)n) / (float)(2 * n));
         const int8 own8 = turned ? (int)m - nearest8 : nearest8;
         vstore8(nearest8, 0, at);
-        float8 x = (float8)(0.0f), y = x, z = x, w = x;
-        float8 values[8], slopes[8];
-        const float8 t = rpns_place(own8, factor.x, factor.yzw);
-        nurbs_triangle8(values, slopes, span, t, 1.0f - t, degree);
-        for (uint l = 0; l <= degree; ++l) {
-            const float8 share = values[degree - l];
-            x = fma(share, (float8)(curve[l].x), x), y = fma(share, (float8)(curve[l].y), y);
-            z = fma(share, (float8)(curve[l].z), z);
-            if (RATIONAL) w = fma(share, (float8)(curve[l].w), w);
+        rpns_basis basis;
+        rpns_points sum = RPNS_NONE;
+        rpns_basis_at(&basis, span, rpns_place(own8, factor.x, factor.yzw), degree);
+        // in the order of a grid's own sums, along v first: neighbours with as many segments move nothing
+        if (by_u) {
+            for (uint l = 0; l <= degree; ++l) {
+                RPNS_ADD(sum, basis.values[l], curve[l]);
+                if (RATIONAL) sum.w = fma(basis.values[l], (float8)(curve[l].w), sum.w);
+            }
+        } else {
+            for (uint k = 0; k <= across; ++k) {
+                rpns_points column = RPNS_NONE;
+                for (uint l = 0; l <= degree; ++l) {
+                    const float4 here = vload4((size_t)l * stride + (size_t)k * step, net);
+                    RPNS_ADD(column, basis.values[l], here);
+                    if (RATIONAL) column.w = fma(basis.values[l], (float8)(here.w), column.w);
+                }
+                rpns_sum(&sum, (float8)(five[8 * k]), column);
+            }
         }
-        const float8 inverse = RATIONAL ? 1.0f / w : (float8)(1.0f);
-        vstore8(x * inverse + surface->origin.x, 0, points[0]);
-        vstore8(y * inverse + surface->origin.y, 0, points[1]);
-        vstore8(z * inverse + surface->origin.z, 0, points[2]);
+        const float8 inverse = RATIONAL ? 1.0f / sum.w : (float8)(1.0f);
+        vstore8(sum.x * inverse + surface->origin.x, 0, points[0]);
+        vstore8(sum.y * inverse + surface->origin.y, 0, points[1]);
+        vstore8(sum.z * inverse + surface->origin.z, 0, points[2]);
         for (uint lane = 0; lane < 8 && begin + lane < n; ++lane) {
             const uint k = begin + lane, vertex = first + k * apart, own = (uint)at[lane];
             const float3 inner = (float3)(points[0][lane], points[1][lane], points[2][lane]);
@@ -63,8 +73,6 @@ static inline __attribute__((always_inline)) void rpns_border(__global float *po
 #endif
         }
     }
-    vstore3(low, first, positions);
-    vstore3(high, first + n * apart, positions);
 }
 #endif
 

@@ -12,6 +12,11 @@
 
 #pragma OPENCL FP_CONTRACT OFF
 
+#ifndef LOW // as in nurbs/rpns/lengths.cl
+#define LOW 0
+#define HIGH 4
+#endif
+
 // control points of the curve at one place of the side that has `across` control points each `step` apart
 static inline void rpns_curve(float4 *curve, __global const float *net, __global const float *five, const uint lane,
     const uint across, const uint step, const uint along, const uint stride)

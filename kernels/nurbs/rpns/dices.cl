@@ -15,6 +15,8 @@
 // Plain     nurbs/rpns/sampling.py
 // Defines   WATERTIGHT (1: borders are shared), DICES (1: dices that face away are left out), UNIFORM, NORMALS, RATIONAL
 
+#define COLLAPSED 0xFFFFFFFEu
+
 __kernel void rpns_dices_vertices(
     __global const uint *restrict quads,
     __global const uint *restrict edges,
@@ -57,30 +59,36 @@ __kernel void rpns_dices_vertices(
         __global const float *net = controls + 4 * (size_t)quad.s1;
         const float scale = scales[number];
         if (p == 3 && q == 3)
-            rpns_grid(points, directions, &surface, &tables, net, at_u, at_v, size, scale, 3, 3);
+            rpns_grid(points, directions, &surface, &tables, net, fives, at_u, at_v, size, scale, 3, 3);
         else
-            rpns_grid(points, directions, &surface, &tables, net, at_u, at_v, size, scale, p, q);
+            rpns_grid(points, directions, &surface, &tables, net, fives, at_u, at_v, size, scale, p, q);
 #if WATERTIGHT
         const uint names[4] = {quad.s4, quad.s5, quad.s6, quad.s7};
         for (uint e = 0; e < 4; ++e) {
             const uint8 edge = vload8(names[e] >> 1, edges);
+            const float4 factor = vload4(names[e] >> 1, factors);
+            const uint n = e < 2 ? v : u;
+            // within a surface the vertices are the border's own where it has as many
+            if (UNIFORM && edge.s6 < COLLAPSED && n == (uint)factor.x) continue;
             nurbs_surface owner;
             nurbs_surface_of(&owner, surfaces + SURFACE_WORDS * edge.s0);
             const bool by_u = edge.s4;
-            const uint n = e < 2 ? v : u, columns = owner.control_columns, degree = by_u ? owner.p : owner.q;
+            const uint columns = owner.control_columns, degree = by_u ? owner.p : owner.q;
             const float3 low = vload3(quad.s8 + (e == 1 ? quad.s9 : e == 3), corners);
             const float3 high = vload3(quad.s8 + (e == 0 ? 1 : e == 2 ? quad.s9 : quad.s9 + 1), corners);
             const uint across = by_u ? owner.q : owner.p, place = e == 1 ? u * (v + 1) : e == 3 ? v : 0;
             __global const float *own = controls + 4 * (size_t)edge.s1, *five = fives + 64 * (size_t)edge.s2 + edge.s5;
             __global const float *span = spans + SPAN_FLOATS * (size_t)edge.s3;
-            const float4 factor = vload4(names[e] >> 1, factors);
             const uint step = by_u ? 1 : columns, stride = by_u ? columns : 1, apart = e < 2 ? 1 : v + 1, turned = names[e] & 1;
             if (across == 3 && degree == 3)
-                rpns_border(points, directions, &owner, own, five, span, 3, 3, step, stride, place, apart, n, factor, turned, low, high);
-            else
-                rpns_border(points, directions, &owner, own, five, span, across, degree, step, stride, place, apart, n, factor,
+                rpns_border(points, directions, &owner, own, five, span, 3, 3, by_u, step, stride, place, apart, n, factor,
                     turned, low, high);
+            else
+                rpns_border(points, directions, &owner, own, five, span, across, degree, by_u, step, stride, place, apart, n,
+                    factor, turned, low, high);
         }
+        for (uint c = 0; c < 4; ++c)
+            vstore3(vload3(quad.s8 + (c & 1) + (c >> 1) * quad.s9, corners), (c & 1) * v + (c >> 1) * u * (v + 1), points);
 #endif
 #if DICES
         triangle_counts[slot] = 2 * rpns_facing(points, facing + first, u, v, eye);

@@ -192,11 +192,18 @@ def _by_place(fives: Floats) -> Floats:
 
 
 def _fives(knots: Doubles, degree: int, begins: Numbers) -> Doubles:
-    """Basis functions of each span at five places, (spans, 64): control points, then eight lanes."""
+    """Basis functions of each span at five places, (spans, 64): control points, then eight lanes.
+
+    Where one span ends and the next begins they are the same numbers.
+    """
     t = np.minimum(np.arange(8) / 4, 1.0)
     values = _values(knots, degree, begins, t)
     found = np.zeros((len(begins), 8, 8))
     found[:, : degree + 1] = values.transpose(0, 2, 1)
+    for k, moved in enumerate(np.diff(begins)):
+        if moved <= degree:
+            found[k, :, HIGH:] = 0
+            found[k, moved : degree + 1, HIGH:] = found[k + 1, : degree + 1 - moved, :1]
     return found.reshape(-1, 64)
 
 
