@@ -84,7 +84,7 @@ TABLE = Table(
         Column("triangles_out", "triangles", brief=True),
         *WALL_COLUMNS,
         Column("whole_fps", "frame fps", "1/s", brief=True),
-        *stage_columns(("cull", "edges", "sizes", "dices", "emit", "raster", "fragment")),
+        *stage_columns(("cull", "lengths", "sizes", "dices", "emit", "raster", "fragment")),
         *ratio_columns((UNIFORM,)),
         *STATUS_COLUMNS,
     ),

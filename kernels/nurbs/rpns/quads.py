@@ -119,7 +119,7 @@ def quads_of(model: NurbsModel, grids: Sequence[Grid], borders: Borders) -> Quad
     _share(*found, sides, borders)
     five = joined(fives, 64).astype(np.float32).reshape(-1, 8, 8)
     return Quads(
-        _always(joined(octets, 8), *found).astype(np.uint32),
+        _always(joined(octets, 8), found[1]).astype(np.uint32),
         np.concatenate([np.zeros(0), *firsts]).astype(np.uint32),
         joined(beziers, 64).astype(np.float32),
         five,
@@ -174,13 +174,10 @@ def _share(rows: Numbers, edges: Numbers, sides: list[list[Numbers]], borders: B
     rows[:, 4:8] = name[rows[:, 4:8] >> 1]
 
 
-def _always(octets: Numbers, rows: Numbers, edges: Numbers) -> Numbers:
-    """The octets, those marked of which other surfaces share an edge."""
-    shared = np.zeros(len(edges) + 1, bool)
-    shared[:-1] = edges[:, 6] == ALWAYS
-    own = shared[rows[:, 4:8] >> 1].any(axis=1)
-    number = np.repeat(np.arange(len(octets)), octets[:, 4])
-    octets[:, 6] = np.bincount(number, own, len(octets)) > 0
+def _always(octets: Numbers, edges: Numbers) -> Numbers:
+    """The octets, those marked that have an edge which other surfaces share."""
+    shared = edges[edges[:, 6] == ALWAYS, 7]
+    octets[np.searchsorted(octets[:, 5], shared, side="right") - 1, 6] = 1
     return octets
 
 
