@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
 
 import psutil
@@ -18,7 +19,7 @@ from lodbench.harness.plan.group import Context, Subject
 from lodbench.kernels.opencl import Device, DeviceError, Unsupported
 from lodbench.kernels.render import mesh_view
 from lodbench.kernels.stages.raster import Raster
-from lodbench.kernels.system import NOTHING_TO_DRAW, Frame, Prepared, System, Timeline, run
+from lodbench.kernels.system import NOTHING_TO_DRAW, Frame, Prepared, System, Timeline, View, run
 
 Record = Callable[..., None]  # (kind, **row): appends a row about this subject
 
@@ -131,9 +132,7 @@ class Trial:
         if not prepared.output:
             raise Unsupported(NOTHING_TO_DRAW)
         self.raster = Raster(self.device, prepared.output, *draw.size)
-        self.seen = (
-            self.view if self.view.view else Frame(mesh_view(finest(surface), size=draw.size))
-        )
+        self.seen = self.view if self.view.view else Frame(_whole(surface, draw.size))
 
     def _draw_apart(self, surface: Any) -> None:
         """Make ready for whole frames; without one its time stays unknown, and the subject goes on."""
@@ -205,3 +204,9 @@ class Trial:
             meshes = prepared.result()
             facts["read_back_s"] = time.perf_counter() - start
             self.mesh = meshes[0] if meshes else None
+
+
+@lru_cache(maxsize=4)
+def _whole(surface: Any, size: tuple[int, int]) -> View:
+    """The view of all of a surface, which every subject of a group is drawn from."""
+    return mesh_view(finest(surface), size=size)

@@ -11,11 +11,15 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.nurbs.rpns.frames import Frames
 from lodbench.kernels.nurbs.rpns.reference import visible
 from lodbench.kernels.nurbs.rpns.sampling import Sampled, judged
-from lodbench.kernels.system import Check, View
+from lodbench.kernels.system import Check, Frame, View
 
 
 class Rpns(Frames):
     """A model under the pipeline: see `lodbench.kernels.nurbs.rpns`."""
+
+    _lost: tuple[Frame | None, tuple[int, int, float]] | None = (
+        None  # of a frame, once it was asked for
+    )
 
     def kept(self) -> NDArray[np.bool_]:
         """Which KSQuads the last frame kept, in their order."""
@@ -85,8 +89,13 @@ class Rpns(Frames):
         """KSQuads that the last frame culled, those of them of which some sample is in view and faces the eye, and
         which share of all samples that do these are.
         """
+        frame = self.frame
+        if self._lost is None or self._lost[0] is not frame:
+            self._lost = frame, self._found_lost(None if frame is None else frame.view)
+        return self._lost[1]
+
+    def _found_lost(self, view: View | None) -> tuple[int, int, float]:
         kept = self.kept()
-        view: View | None = None if self.frame is None else self.frame.view
         if view is None or kept.all():
             return int((~kept).sum()), 0, 0.0
         seen = visible(self.model, view)
