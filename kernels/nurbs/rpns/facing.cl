@@ -1,15 +1,12 @@
-// Does a KSQuad face away from the eye, or lie beside the image? Eight at a time, by three techniques.
+// Does a KSQuad face away from the eye, or lie beside the image? Eight at a time, by two techniques.
 //
-// Source    Concheiro 2013, section 6.4.2 (strong and light quad culling; which quads of the net is a reconstruction); what
-//           is certified is ours: with X = w (S - e), S_u x S_v faces away where X . (X_u x X_v) >= 0. With the middle of all X
-//           in its place that is a Bezier surface; its control points must be larger than what X is apart, and rounding
+// Source    Concheiro 2013, section 6.4.2 (strong and light quad culling; which quads of the net is a reconstruction)
 // Work      functions only
-// Reads     choose  float[14 * 14]  binomial coefficients
+// Reads     nothing
 // Writes    nothing
 // Plain     nurbs/rpns/reference.py
-// Defines   RATIONAL (0: all weights are 1)
 
-#pragma OPENCL FP_CONTRACT ON // fewer roundings than are reckoned with
+#pragma OPENCL FP_CONTRACT ON // fewer roundings than nurbs/rpns/certified.cl reckons with
 
 typedef struct {
     float8 x, y, z, w;
@@ -67,96 +64,5 @@ static inline __attribute__((always_inline)) int8 rpns_net_faces_away(
             const net8 c = rpns_from_eye(net[8 * k + 9 + l], eye), d = rpns_from_eye(net[8 * k + 1 + l], eye);
             away &= (rpns_det(a, b, c) >= 0.0f) & (rpns_det(a, c, d) >= 0.0f);
         }
-    return away;
-}
-
-static inline float8 rpns_size(const net8 a) { return fabs(a.x) + fabs(a.y) + fabs(a.z); }
-
-static inline float8 rpns_square(const net8 a) { return a.x * a.x + a.y * a.y + a.z * a.z; }
-
-static inline net8 rpns_less(const net8 a, const net8 b)
-{
-    const net8 found = {a.x - b.x, a.y - b.y, a.z - b.z, a.w - b.w};
-    return found;
-}
-
-static inline bool rpns_any(const int8 lanes)
-{
-    const ulong4 words = as_ulong4(lanes);
-    return (words.x | words.y | words.z | words.w) != 0;
-}
-
-// X . (X_u x X_v) at the corners alone, but for positive factors: where one faces the eye, all is said
-static inline __attribute__((always_inline)) int8 rpns_corners_face_away(const net8 *net, const float3 eye, const uint p, const uint q)
-{
-    int8 away = (int8)(-1);
-    for (uint k = 0; k <= p; k += p)
-        for (uint l = 0; l <= q; l += q) {
-            const uint i = k ? p - 1 : 0, j = l ? q - 1 : 0;
-            const net8 du = rpns_less(net[8 * i + 8 + l], net[8 * i + l]), dv = rpns_less(net[8 * k + 1 + j], net[8 * k + j]);
-            const net8 x = rpns_from_eye(net[8 * k + l], eye);
-            away &= rpns_det(x, rpns_from_eye(du, eye), rpns_from_eye(dv, eye)) >= 0.0f;
-        }
-    return away;
-}
-
-// the control points of a Bezier surface. X is no further from the middle of its corners than its furthest
-// control point: so X . (X_u x X_v) is a Bezier surface with the middle in place of X, whose control points are sums of all products
-// times their binomial coefficients, and no more than that distance times the longest tangents beside it
-static inline __attribute__((always_inline)) int8 rpns_faces_away(
-    const net8 *net, const float3 eye, const uint p, const uint q, __global const float *choose)
-{
-    int8 away = rpns_corners_face_away(net, eye, p, q);
-    if (!rpns_any(away)) return away;
-
-    const float8 zero = (float8)(0.0f);
-    float8 most_u = zero, most_v = zero, long_u = zero, long_v = zero, near = zero, weight = zero, far = zero;
-    net8 middle = {zero, zero, zero, zero}; // of the corners
-    for (uint k = 0; k <= p; k += p)
-        for (uint l = 0; l <= q; l += q) {
-            const net8 x = rpns_from_eye(net[8 * k + l], eye);
-            middle.x += 0.25f * x.x, middle.y += 0.25f * x.y, middle.z += 0.25f * x.z;
-        }
-    for (uint k = 0; k <= p; ++k)
-        for (uint l = 0; l <= q; ++l) {
-            far = fmax(far, rpns_square(rpns_less(rpns_from_eye(net[8 * k + l], eye), middle)));
-            near = fmax(near, rpns_size(net[8 * k + l]));
-        }
-    net8 dv[64];
-    for (uint k = 0; k <= p; ++k)
-        for (uint l = 0; l < q; ++l) {
-            const net8 raw = rpns_less(net[8 * k + 1 + l], net[8 * k + l]), d = rpns_from_eye(raw, eye);
-            const float8 times = (float8)(choose[14 * p + k] * choose[14 * (q - 1) + l]);
-            most_v = fmax(most_v, rpns_size(d)), long_v = fmax(long_v, rpns_square(d));
-            if (RATIONAL) weight = fmax(weight, fabs(raw.w));
-            dv[8 * k + l].x = d.x * times, dv[8 * k + l].y = d.y * times, dv[8 * k + l].z = d.z * times;
-        }
-    float8 sums[14 * 14];
-    for (uint i = 0; i < 2 * p; ++i)
-        for (uint j = 0; j < 2 * q; ++j) sums[14 * i + j] = zero;
-    for (uint i = 0; i < p; ++i)
-        for (uint j = 0; j <= q; ++j) {
-            const net8 raw = rpns_less(net[8 * i + 8 + j], net[8 * i + j]), d = rpns_from_eye(raw, eye);
-            const float8 times = (float8)(choose[14 * (p - 1) + i] * choose[14 * q + j]);
-            most_u = fmax(most_u, rpns_size(d)), long_u = fmax(long_u, rpns_square(d));
-            if (RATIONAL) weight = fmax(weight, fabs(raw.w));
-            const float8 x = (middle.y * d.z - middle.z * d.y) * times, y = (middle.z * d.x - middle.x * d.z) * times;
-            const float8 z = (middle.x * d.y - middle.y * d.x) * times;
-            for (uint k = 0; k <= p; ++k)
-                for (uint l = 0; l < q; ++l) {
-                    const net8 other = dv[8 * k + l];
-                    sums[14 * (i + k) + j + l] += x * other.x + y * other.y + z * other.z;
-                }
-        }
-    // roundings of each product, of the sums and of the differences that it is made of
-    const float eye_size = fabs(eye.x) + fabs(eye.y) + fabs(eye.z), rounding = 6e-8f * (float)(24 + p * q);
-    const float8 beside = sqrt(far), here = rpns_size(middle);
-    const float8 lost = 2e-6f * (near + weight * eye_size);
-    const float8 apart = 1.0001f * beside * sqrt(long_u) * sqrt(long_v);
-    const float8 slack = here * (rounding * most_u * most_v + lost * (most_u + most_v)) + apart;
-    away &= fmin(far, fmin(long_u, long_v)) > 1e-30f; // else squares may have vanished
-    for (uint i = 0; i < 2 * p; ++i)
-        for (uint j = 0; j < 2 * q; ++j)
-            away &= sums[14 * i + j] > slack * (choose[14 * (2 * p - 1) + i] * choose[14 * (2 * q - 1) + j]);
     return away;
 }

@@ -11,7 +11,7 @@
 //           choose    float[14 * 14]          binomial coefficients
 //           controls  float[4 * controls]     as nurbs/surface.cl has them
 // Writes    flags     uchar[quads]            1: it stays
-// Needs     common/transpose.cl, nurbs/rpns/facing.cl
+// Needs     common/transpose.cl, nurbs/rpns/certified.cl
 // Plain     nurbs/rpns/reference.py
 // Defines   CULLING (0: none, 1: strong, 2: light, 3: certified), RATIONAL (0: all weights are 1)
 
