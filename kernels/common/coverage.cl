@@ -110,14 +110,14 @@ static inline void walk_tile(const Walk *walk, __global long *restrict keys, con
             }
 #else
             const long8 old = vload8(0, at);
+#ifdef COUNT
             const int8 covered = ~(outside >> 31);
             const int16 wide = SHUFFLE16(covered, covered, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7);
-#ifdef COUNT
             vstore8(old - as_long8(wide), 0, at);
 #else
-            const int8 id = (int)walk->id;
-            const long8 key = as_long8(SHUFFLE16(id, as_int8(z), 0, 8, 1, 9, 2, 10, 3, 11, 4, 12, 5, 13, 6, 14, 7, 15));
-            vstore8((key < old) & as_long8(wide) ? key : old, 0, at);
+            const int8 id = (int)walk->id, deep = outside < 0 ? (int8)(0x7fffffff) : as_int8(z); // outside: behind everything
+            const long8 key = as_long8(SHUFFLE16(id, deep, 0, 8, 1, 9, 2, 10, 3, 11, 4, 12, 5, 13, 6, 14, 7, 15));
+            vstore8(key < old ? key : old, 0, at);
 #endif
 #endif
         }

@@ -21,6 +21,9 @@
 
 #define TILE 64               // pixels per side; a tile's keys are contiguous, rows of 64
 #define TILE_PIXELS 4096
+#define MAPS 16               // private maps at most, of one image
+#define FLAGS_NEXT 8          // the next block of each range of triangles
+#define FLAGS_RANGES 8
 #define FLAGS_OPEN 16         // where the tiles' flags begin; the frame's counters stand before them
 // depth 1.0 and an id that no triangle has: whatever lies beyond the far plane loses against it
 #define KEY_EMPTY ((0x3f800000L << 32) | 0xffffffffL)

@@ -10,16 +10,9 @@
 #pragma OPENCL FP_CONTRACT ON
 #define GROUPS (TILE / 8) // of pixels in a tile's row
 
-// corners of eight pixels, transposed: x, y and 1 / w. With `two`, all are those of the first or, where `second`, the last
-static inline planes8 gather_screen(__global const int *restrict screen, const uint *r, const bool two, const int8 second)
+// eight corners, transposed: x, y and 1 / w
+static inline planes8 gather_screen(__global const int *restrict screen, const uint *r)
 {
-    if (two) {
-        const int4 a = vload4(r[0], screen), b = vload4(r[7], screen);
-        const planes8 e = {convert_float8(second ? (int8)(b.x) : (int8)(a.x)),
-                           convert_float8(second ? (int8)(b.y) : (int8)(a.y)),
-                           as_float8(second ? (int8)(b.w) : (int8)(a.w))};
-        return e;
-    }
 #define RECORDS(j) as_float8((int8)(vload4(r[j], screen), vload4(r[j + 4], screen)))
     const fours8 f = transpose_fours(RECORDS(0), RECORDS(1), RECORDS(2), RECORDS(3));
 #undef RECORDS
@@ -28,15 +21,8 @@ static inline planes8 gather_screen(__global const int *restrict screen, const u
 }
 
 // likewise rows of three floats; a row is loaded with the first of the next, which the last row does not have
-static inline planes8 gather(
-    __global const float *restrict rows, const uint *r, const bool two, const int8 second, const uint count)
+static inline planes8 gather(__global const float *restrict rows, const uint *r, const uint count)
 {
-    if (two) {
-        const float3 a = vload3(r[0], rows), b = vload3(r[7], rows);
-        const planes8 e = {second ? (float8)(b.x) : (float8)(a.x), second ? (float8)(b.y) : (float8)(a.y),
-                           second ? (float8)(b.z) : (float8)(a.z)};
-        return e;
-    }
     float4 f[8];
     if (lane_signs(vload8(0, r) + 1 >= count))
         for (int k = 0; k < 8; ++k) f[k] = (float4)(vload3(r[k], rows), 0.0f);
@@ -132,40 +118,31 @@ static inline planes8 mapped_colour(__global const float *restrict colour_map, c
     return e;
 }
 
-// which triangle each pixel of a row sees; one bit is set per eight pixels that see any. A row ahead of its use, so that
-// the triangles' lines come into the cache meanwhile
+// which triangle each pixel of a row sees, in the maps whose keys of the row's tile begin at `maps`; one bit is set per
+// eight pixels that see any
 static inline uint row_ids(
     __global const long *restrict keys,
-    __global const uint *restrict flags,
-    __global const uint *restrict triangles,
+    const size_t *maps,
+    const uint map_count,
     uint *ids,
     const uint first_id,
     const uint id_count,
-    const int row,
-    const uint tile,
-    const uint tile_count,
-    const uint map_count)
+    const int row)
 {
     uint hits = 0;
     for (int group = 0; group < GROUPS; ++group) {
         long8 key = KEY_EMPTY;
-        for (uint map = 0; map < map_count; ++map)
-            if (flags[FLAGS_OPEN + map * tile_count + tile]) {
-                const size_t pixel = ((size_t)map * tile_count + tile) * TILE_PIXELS + row * TILE + 8 * group;
-                const long8 other = *(__global const long8 *)(keys + pixel);
-                key = other < key ? other : key;
-            }
+        for (uint map = 0; map < map_count; ++map) {
+            const long8 other = *(__global const long8 *)(keys + maps[map] + row * TILE + 8 * group);
+            key = other < key ? other : key;
+        }
         uint8 id = as_uint16(key).even; // convert_uint8 of a long8 breaks the programs that PoCL 3.0 caches
 #if SEVERAL
         id -= first_id;
         id = id < id_count ? id : ID_EMPTY; // what other surfaces drew is none of this one's
 #endif
         vstore8(id, group, ids);
-        const bool hit = lane_signs(id != ID_EMPTY);
-        hits |= (uint)hit << group;
-        if (hit && !INSTANCED)
-            for (int lane = lane_signs(id != id.s0) ? 0 : 6; lane < 8; lane += 2)
-                if (ids[8 * group + lane] != ID_EMPTY) prefetch(triangles + 3 * (size_t)ids[8 * group + lane], 1);
+        hits |= (uint)(lane_signs(id != ID_EMPTY) != 0) << group;
     }
     return hits;
 }

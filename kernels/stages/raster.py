@@ -22,7 +22,7 @@ Side: TypeAlias = Annotated[int, Range(1, 16384)]  # pixels; the guard band of s
 EMPTY_KEY = (0x3F800000 << 32) | EMPTY_ID  # depth 1 and no triangle, as in screen.cl
 LARGE_PIXELS = 4096  # of a triangle's box: above, and above 1/256 of the image, tiles share it
 LARGE_CAPACITY = 1 << 15  # such triangles; one too many is drawn where it is found
-MAPS = 16  # private maps at most: each costs 8 bytes per pixel that it touches
+MAPS = 16  # private maps at most, as in screen.cl: each costs 8 bytes per pixel that it touches
 GPU_ITEMS = 1 << 14
 KEY_BYTES = 8
 ATOMICS = "cl_khr_int64_extended_atomics"
@@ -82,7 +82,7 @@ class Raster:
         if self._shared and ATOMICS not in device.facts.extensions:
             raise Unsupported(f"needs {ATOMICS} for a map that all items share, device has none")
         room = device.memory_limit // (4 * KEY_BYTES * TILE * TILE * self._tiles)
-        self._maps = maps or max(min(device.facts.compute_units, MAPS, room), 1)
+        self._maps = min(maps or max(min(device.facts.compute_units, room), 1), MAPS)
         if self._shared:
             self._maps = 1
         self._local = chunk_local(device) if local is None else local

@@ -34,30 +34,25 @@ def transposed(rows):
     return rows.astype(np.float32).reshape(-1, 8, 3).transpose(0, 2, 1)
 
 
-ROWS = np.array([[0, 5, 2, 9, 9, 1, 3, 8], [7, 3, 3, 3, 0, 9, 9, 9], [4, 4, 4, 4, 6, 6, 6, 6]])
+ROWS = np.array([[0, 5, 2, 9, 9, 1, 3, 8], [7, 3, 3, 3, 0, 8, 8, 8], [4, 4, 4, 4, 6, 6, 6, 6]])
 
 
-@pytest.mark.parametrize("two", [0, 1])
-@pytest.mark.parametrize(
-    "what", ["gather_screen(values, own, two, second)", "gather(values, own, two, second, 10)"]
-)
-def test_corners_of_eight_pixels_are_gathered(call, two, what):
+@pytest.mark.parametrize("what", ["gather_screen(values, own)", "gather(values, own, 10)"])
+def test_eight_corners_are_gathered(call, what):
     rng, screen = np.random.default_rng(0), "screen" in what
     values = rng.integers(-1000, 1000, (10, 4 if screen else 3)).astype(np.int32)
     if screen:
         values[:, 3] = rng.uniform(0.1, 9, 10).astype(np.float32).view(np.int32)
-    rows = ROWS[2:] if two else ROWS
+    rows = ROWS
     found = call(
         f"""uint own[8];
     for (int k = 0; k < 8; ++k) own[k] = rows[8 * i + k];
-    const int8 second = (int8)(0, 0, 0, 0, -1, -1, -1, -1);
     const planes8 e = {what};
     {STORE}""",
         len(rows),
         {"out": (24 * len(rows), np.float32)},
         values=values if screen else values.astype(np.float32),
         rows=rows.astype(np.uint32),
-        two=two,
     )
     expected = values[rows.ravel()][:, [0, 1, -1]].astype(np.float32)
     if screen:
@@ -197,24 +192,21 @@ def test_value_that_is_not_a_number_stays_within_the_colour_map(call):
     assert (found["out"] == 0.5).all()
 
 
-def test_row_sees_the_nearest_of_the_maps_that_were_opened(call):
+def test_row_sees_the_nearest_of_the_maps_that_are_open(call):
     rng, maps, tiles, tile, row = np.random.default_rng(0), 3, 2, 1, 5
     keys = (rng.integers(0, 0x3F800000, (maps, tiles, 64, 64)) << 32) | rng.integers(
         0, 9, (maps, tiles, 64, 64)
     )
     keys[:, :, row, 8:16] = EMPTY_KEY
     keys[2] = 1  # would win everywhere, but was not opened
-    flags = np.zeros(16 + maps * tiles, np.uint32)
-    flags[[16 + 1, 16 + 3]] = 1
     found = call(
         """uint own[64];
-    hits[0] = row_ids(keys, flags, triangles, own, 0, 9, 5, 1, 2, 3);
+    const size_t opened[2] = {4096 * 1, 4096 * 3};
+    hits[0] = row_ids(keys, opened, 2, own, 0, 9, 5);
     for (int k = 0; k < 64; ++k) ids[k] = own[k];""",
         1,
         {"hits": (1, np.uint32), "ids": (64, np.uint32)},
         keys=keys,
-        flags=flags,
-        triangles=np.zeros(27, np.uint32),
     )
     expected = keys[:2, tile, row].min(axis=0) & 0xFFFFFFFF
     np.testing.assert_array_equal(found["ids"], expected)
@@ -227,13 +219,12 @@ def test_row_of_one_surface_of_several_sees_its_own_ids_alone(device, tmp_path):
     keys[..., 2, :8] = EMPTY_KEY
     found = caller(device, tmp_path, several=1)(
         """uint own[64];
-    hits[0] = row_ids(keys, flags, triangles, own, 4, 5, 2, 0, 1, 1);
+    const size_t opened[1] = {0};
+    hits[0] = row_ids(keys, opened, 1, own, 4, 5, 2);
     for (int k = 0; k < 64; ++k) ids[k] = own[k];""",
         1,
         {"hits": (1, np.uint32), "ids": (64, np.uint32)},
         keys=keys,
-        flags=np.ones(17, np.uint32),
-        triangles=np.zeros(15, np.uint32),
     )
     ids = keys[0, 0, 2] & 0xFFFFFFFF
     expected = np.where((ids >= 4) & (ids < 9), ids - 4, 0xFFFFFFFF)
