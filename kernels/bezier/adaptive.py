@@ -88,18 +88,13 @@ class Adaptive(DeviceSubject):
         self._testing: Launch | None = None
         self._seen: View | None = None
 
-    @property
-    def _has_normals(self) -> bool:
-        """Are normals evaluated? What rises does so along them."""
-        return self._params.normals or self._params.rises
-
     def build(self, *files: str, **defines: int) -> Program:
         """The system's kernels, by test and what else they are built with."""
         defines |= {"TEST": TESTS[self._params.test], "STREAMING": 1}
         with self.setup.host("build"):  # what a test has no use for would not be left out
             self._tests, self._program = (
                 self.device.build(*files, defines=defines | {"NORMALS": int(normals)})
-                for normals in (self._params.test == "flat", self._has_normals)
+                for normals in (self._params.test == "flat", self._params.evaluates_normals)
             )
         return self._program
 
@@ -150,7 +145,7 @@ class Adaptive(DeviceSubject):
         Raises:
             Unsupported: the device has no room for them.
         """
-        normals = self._has_normals
+        normals = self._params.evaluates_normals
         self._positions = self.allocate("positions", (vertices, 3), np.float32, "output")
         self._normals = self.allocate(
             "normals", (vertices if normals else 0, 3), np.float32, "output"

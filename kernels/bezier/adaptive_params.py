@@ -50,6 +50,11 @@ class AdaptiveParams(BezierParams):
         return self.fitted and self.test == "mean"
 
     @property
+    def evaluates_normals(self) -> bool:
+        """Whether they are asked for or not: what rises does so along them."""
+        return self.normals or self.rises
+
+    @property
     def finest_depth(self) -> int:
         """Levels below the coarse triangles that there are."""
         return min(self.depth, self.level)
