@@ -132,7 +132,7 @@ ERROR_NOTE = (
 
 MEAN_NOTE = (
     "Test mean, ours: its threshold is the mean error that a triangle must save, and its vertices rise over the "
-    "surface so that triangles lie on both sides of it. All that is compared with, vst too, has its vertices on the surface."
+    "surface so that triangles lie on both sides of it. All that is compared with, vst too, has its vertices on it."
 )
 
 TABLE = Table(

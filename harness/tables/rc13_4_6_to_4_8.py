@@ -50,7 +50,8 @@ def _mean(system: str, level: int, price: float, fitted: bool = True) -> Subject
 
 def _compared(model: str, level: int, asked: Sequence[Subject] = ()) -> Group:
     times = 1 if model == LARGE else SMALLER
-    saving = [_mean("dabt", finest, times * price) for finest, price in SAVED]
+    saved = ON_SURFACE if model in ELSEWHERE else SAVED
+    saving = [_mean("dabt", finest, times * price) for finest, price in saved]
     systems = shared.ADAPTIVE if model == LARGE else shared.ADAPTIVE[:1]
     saving += [_mean("semi_adaptive", finest, times * price) for finest, price in ON_SURFACE]
     saving += [
