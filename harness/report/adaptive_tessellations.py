@@ -53,7 +53,7 @@ def adaptive_pictures(
         if any(subject.system == "dabt" for subject in group.subjects.values())
     ]
     names = [re.sub(r"_x\d+$", "", group.dataset) for group in groups]
-    shown = [(groups[0], names[0], *each) for each in SHOWN] if groups else []
+    shown: list[Any] = [(groups[0], names[0], *each) for each in SHOWN] if groups else []
     animal = next((g for g, name in zip(groups, names, strict=True) if name == ANIMAL), None)
     if animal and names[0] != ANIMAL:
         shown.append((animal, ANIMAL, "dabt", MEAN, "by the mean error of grids"))
