@@ -112,6 +112,28 @@ _BEZIER = (
         note="considerably is a tenth; the grid may have any number of segments",
     ),
     Claim(
+        "rc13_fewer_by_mean",
+        "adaptive tessellation takes half the triangles or fewer with no more of a mean error",
+        "ours, after Concheiro 2013, chapters 3 and 4",
+        tuple(
+            Rows(
+                "rc13_4_6_to_4_8",
+                "share_at_error",
+                {
+                    "work": "error",
+                    "system": f"{system}_mean_*",
+                    **_OURS,
+                    "fitted": True,
+                    "dataset": "elephant_gumbo",
+                },
+                f"times the uniform grid's triangles on an elephant, by {system}",
+                most=0.5,
+            )
+            for system in ("dabt", "semi_adaptive")
+        ),
+        note="by the test mean, whose vertices rise over the surface; the grid's lie on it",
+    ),
+    Claim(
         "rc13_length",
         "with the test of length 284.94 thousand triangles are drawn 148.97 times per second",
         "Concheiro et al., GRAPP 2011, after chapter 3",

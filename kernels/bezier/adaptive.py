@@ -94,7 +94,7 @@ class Adaptive(DeviceSubject):
         with self.setup.host("build"):  # what a test has no use for would not be left out
             self._tests, self._program = (
                 self.device.build(*files, defines=defines | {"NORMALS": int(normals)})
-                for normals in (self._params.test == "flat", self._params.normals)
+                for normals in (self._params.test == "flat", self._params.evaluates_normals)
             )
         return self._program
 
@@ -145,7 +145,7 @@ class Adaptive(DeviceSubject):
         Raises:
             Unsupported: the device has no room for them.
         """
-        normals = self._params.normals
+        normals = self._params.evaluates_normals
         self._positions = self.allocate("positions", (vertices, 3), np.float32, "output")
         self._normals = self.allocate(
             "normals", (vertices if normals else 0, 3), np.float32, "output"
@@ -167,7 +167,7 @@ class Adaptive(DeviceSubject):
         self.add(launch, bytes=lambda own: size * own.live()[0] + POINT * own.live()[1])
         self.output = (
             DeviceSurface(
-                self._positions, self._normals if normals else None, self._triangles, *self._room,
+                self._positions, self._normals if self._params.normals else None, self._triangles, *self._room,
                 counts=self._counts,
             ),
         )  # fmt: skip

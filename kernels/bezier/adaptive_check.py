@@ -16,18 +16,20 @@ from lodbench.kernels.bezier.candidates import (
     Flags,
     Integers,
     Masks,
+    cell_samples,
     nodes_of,
     ways_of,
 )
 from lodbench.kernels.bezier.grids import (
     FIRST_HALF,
     Wish,
+    cell_bends,
     edges_of,
     grid_costs,
     grid_masks,
 )
 from lodbench.kernels.bezier.half_strips import half_strips
-from lodbench.kernels.bezier.lattice import lattice_parameters
+from lodbench.kernels.bezier.lattice import lattice_parameters, side_vertices
 from lodbench.kernels.bezier.measures import (
     SCREEN,
     inverse_diagonal,
@@ -37,6 +39,7 @@ from lodbench.kernels.bezier.measures import (
     way_bends,
 )
 from lodbench.kernels.bezier.reference import Doubles, normals_at, points_at
+from lodbench.kernels.bezier.rises import MOST, UNITS, half_rises, place_rises
 from lodbench.kernels.bezier.strips import strips
 from lodbench.kernels.bezier.tessellated import CHECKED, NORMAL_LIMIT, POSITION_LIMIT
 from lodbench.kernels.system import Check, View
@@ -52,10 +55,15 @@ Inserted = Callable[[Flags, Flags, int], Flags]
 
 @dataclass(frozen=True, eq=False)
 class Wished:
-    """What was chosen by the test "mean": the wish of each cell, its edges' rings, and the area of all."""
+    """What was chosen by the test "mean": each cell's wish and its halves' rises, rings of edges and of corners, those
+    that stay on the surface, and the area of all.
+    """
 
     wishes: Integers
+    rises: Integers
     ring: NDArray[np.uint32]
+    corner_ring: NDArray[np.uint32]
+    held: NDArray[np.uint32]
     area: float
 
 
@@ -94,10 +102,16 @@ def judged(
     worst = float(wrong + _wrong_triangles(mesh, masks))
     box = patches.points.reshape(-1, 3).astype(np.float64)
     size = max(np.linalg.norm(np.ptp(box, axis=0)), np.abs(box).max()) if len(box) else 1.0
-    off = np.abs(mesh.positions[taken] - points_at(P, u, v)[own, place[taken]]).max(initial=0)
-    worst = np.max([worst, off / (max(size, 1e-37) * POSITION_LIMIT)])
+    points = points_at(P, u, v)[own, place[taken]]
+    normals, certain = (a[own, place[taken]] for a in normals_at(P, u, v))
+    limit = np.full(len(points), max(size, 1e-37) * POSITION_LIMIT)
+    if isinstance(expected, Wished) and params.rises:
+        rise = _rises(params, expected)[patch[taken], place[taken]] / inverse
+        points += rise[:, None] * np.where(certain[:, None], normals, 0)
+        limit += np.abs(rise) * np.where(certain, NORMAL_LIMIT, 1)
+    off = np.abs(mesh.positions[taken] - points).max(axis=1)
+    worst = np.max([worst, (off / limit).max(initial=0)])
     if mesh.normals is not None:
-        normals, certain = (a[own, place[taken]] for a in normals_at(P, u, v))
         turned = np.linalg.norm(mesh.normals[taken] - normals, axis=-1)
         worst = np.max([worst, turned[certain].max(initial=0) / NORMAL_LIMIT])  # NaN is worst
     what = (
@@ -143,7 +157,8 @@ def _wrong_grids(
         grid_masks(asked.wishes, edges_of(asked.wishes, asked.ring)) != masks.reshape(-1, 2)
     ).any(axis=-1)
     price = params.least * asked.area
-    whole, halves, areas = grid_costs(P, params.base, inverse, price)
+    bends = cell_bends(P, params.base, inverse)
+    whole, halves, areas = grid_costs(bends, price, params.rises)
     own = Wish.of(asked.wishes.reshape(masks.shape[:2])[some].ravel())
     depth = params.finest_depth
     halves = halves[..., :depth, : depth + 1].reshape(
@@ -164,7 +179,22 @@ def _wrong_grids(
     if not price:  # whatever bends
         dear = (own.cut == 0) | (own.rows != depth - 1).any(1) | (own.columns != depth).any(1)
         dear &= depth > 0
-    return 2 * int(wrong.sum() + dear.sum())
+    rises = asked.rises.reshape(*masks.shape[:2], 2)[some].reshape(-1, 2)
+    exact = np.clip(half_rises(bends, own), -MOST / UNITS, MOST / UNITS)
+    size = areas.ravel()[:, None]
+    allowed = ROUNDING["mean"] * (size + ROUNDED_AREA) + CERTAIN * np.abs(exact) * size
+    risen = np.abs(rises / UNITS - exact) * size > allowed
+    return 2 * int(wrong.sum() + dear.sum() + risen.any(axis=1).sum())
+
+
+def _rises(params: AdaptiveParams, asked: Wished) -> Doubles:
+    """How far every virtual vertex rises, (m, vertices), in diagonals."""
+    rings = asked.ring.astype(np.int64), asked.corner_ring.astype(np.int64)
+    of_cells = place_rises(asked.wishes, asked.rises, rings, asked.held.astype(np.int64))
+    level = params.base + DEEPEST
+    found = np.zeros((len(of_cells) // 4**params.base, side_vertices(level) ** 2))
+    found[:, cell_samples(level)] = of_cells.reshape(len(found), -1, of_cells[0].size)
+    return found
 
 
 def _bends(bends: Doubles, ways: Integers) -> tuple[Doubles, Doubles]:

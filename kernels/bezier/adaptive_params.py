@@ -33,6 +33,8 @@ class AdaptiveParams(BezierParams):
             triangle must save, a share of the diagonal. 0 inserts all.
         depth: the finest level of a coarse triangle, 0 to 3, at most `level`: a patch begins with
             2^(level - depth) cells along each side, two coarse triangles each.
+        fitted: do vertices rise over the surface, by the test "mean" alone, so that triangles lie on both sides of it?
+            Then the mean error is about half. Otherwise, and by the other tests, they lie on it.
     """
 
     level: Level = 5
@@ -40,6 +42,17 @@ class AdaptiveParams(BezierParams):
     quality: Literal["high", "medium", "low"] = "high"
     threshold: Annotated[float, Range(0)] | None = None
     depth: Annotated[int, Range(0, 3)] = 3
+    fitted: bool = True
+
+    @property
+    def rises(self) -> bool:
+        """Do vertices leave the surface?"""
+        return self.fitted and self.test == "mean"
+
+    @property
+    def evaluates_normals(self) -> bool:
+        """Whether they are asked for or not: what rises does so along them."""
+        return self.normals or self.rises
 
     @property
     def finest_depth(self) -> int:

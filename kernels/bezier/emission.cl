@@ -72,18 +72,9 @@ static inline void bezier_write8(__global float *restrict out, const planes8 a, 
     }
 }
 
-// vertices of both masks, from vertex `first` on
-static inline void bezier_emit(__global float *restrict positions, __global float *restrict normals,
-    __global const float *restrict controls, __global const uint *restrict sources, const bezier_cell cell,
-    const ulong2 masks, const uint first, const uint side)
+// the samples of the cell under the vertices of both masks; returns how many
+static inline uint bezier_samples(uchar *samples, const ulong2 masks)
 {
-    bezier_patch patch;
-    bezier_patch_at(&patch, controls, cell.patch);
-    float16 steps[3];
-    bezier_steps(steps, &patch);
-    float u[CELL_VERTICES], v[CELL_VERTICES];
-    const uint last = side - 1;
-    const float step = 1.0f / (float)last; // exact: a power of two
     uint count = 0;
     for (uint t = 0; t < 2; ++t) {
         const ulong mask = t ? masks.y : masks.x;
@@ -93,9 +84,27 @@ static inline void bezier_emit(__global float *restrict positions, __global floa
         for (uint r = 0; r < (is_half ? HALF_ROWS : CELL_SIDE); ++r)
             for (uint left = is_half ? bezier_half_row(mask, r) : bezier_row_bits(mask, r); left; left &= left - 1, ++count) {
                 const uint c = bezier_lowest(left);
-                const uint at = is_half ? bezier_half_sample(way, r, c) : bezier_sample(corners, r, c);
-                u[count] = (float)(cell.i + at / CELL_SIDE) * step, v[count] = (float)(cell.j + at % CELL_SIDE) * step;
+                samples[count] = (uchar)(is_half ? bezier_half_sample(way, r, c) : bezier_sample(corners, r, c));
             }
+    }
+    return count;
+}
+
+// vertices at samples of the cell, from vertex `first` on
+static inline void bezier_emit_at(__global float *restrict positions, __global float *restrict normals,
+    __global const float *restrict controls, __global const uint *restrict sources, const bezier_cell cell,
+    const uchar *samples, const uint count, const uint first, const uint side)
+{
+    bezier_patch patch;
+    bezier_patch_at(&patch, controls, cell.patch);
+    float16 steps[3];
+    bezier_steps(steps, &patch);
+    float u[CELL_VERTICES], v[CELL_VERTICES];
+    const uint last = side - 1;
+    const float step = 1.0f / (float)last; // exact: a power of two
+    for (uint k = 0; k < count; ++k) {
+        const uint at = samples[k];
+        u[k] = (float)(cell.i + at / CELL_SIDE) * step, v[k] = (float)(cell.j + at % CELL_SIDE) * step;
     }
     for (uint k = count; k % 8; ++k) u[k] = v[k] = 0.5f;
     for (uint k = 0; k < count; k += 8) {
@@ -121,4 +130,14 @@ static inline void bezier_emit(__global float *restrict positions, __global floa
         vstore3((float3)(n.x.s0, n.y.s0, n.z.s0), first + k, normals);
     }
 #endif
+}
+
+// vertices of both masks, from vertex `first` on
+static inline void bezier_emit(__global float *restrict positions, __global float *restrict normals,
+    __global const float *restrict controls, __global const uint *restrict sources, const bezier_cell cell,
+    const ulong2 masks, const uint first, const uint side)
+{
+    uchar samples[CELL_VERTICES];
+    const uint count = bezier_samples(samples, masks);
+    bezier_emit_at(positions, normals, controls, sources, cell, samples, count, first, side);
 }

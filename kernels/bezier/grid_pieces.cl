@@ -7,6 +7,7 @@
 //           wishes           uint [cell_count]      as bezier/grids.py has them
 //           ring             uint [4 * cell_count]  for each edge of each cell, 4 cell + edge, the next that is one with it;
 //                                                   before that, as the lowest bit, whether its own is turned
+//           rises, corner_ring, held                as bezier/rises.cl has them
 //           vertex_offsets   uint [cell_count]      where a cell's vertices begin
 //           triangle_offsets uint [cell_count]      where its triangles do
 //           vertex_total, triangle_total  uint [1]
@@ -18,7 +19,7 @@
 //           normals          float[3 * vertex_room]    packed, unit length; nothing where NORMALS is 0
 //           triangles        uint [3 * triangle_room]
 //           counts           uint [2]  live vertices and triangles: none where the room does not suffice
-// Needs     bezier/half_strips.cl, bezier/emission.cl
+// Needs     bezier/half_strips.cl, bezier/emission.cl, bezier/rises.cl
 // Plain     bezier/grids.py
 // Defines   NORMALS (1: normals too), STREAMING (bezier/output.cl, 1)
 
@@ -113,6 +114,11 @@ __kernel void bezier_grid_pieces_emit(
     __global const float *restrict controls,
     __global const uint *restrict sources,
     __global const ulong *restrict masks,
+    __global const uint *restrict wishes,
+    __global const int *restrict rises,
+    __global const uint *restrict ring,
+    __global const uint *restrict corner_ring,
+    __global const uint *restrict held,
     __global const uint *restrict vertex_offsets,
     __global const uint *restrict triangle_offsets,
     __global const uint *restrict vertex_total,
@@ -121,6 +127,7 @@ __kernel void bezier_grid_pieces_emit(
     __global float *restrict normals,
     __global uint *restrict triangles,
     __global uint *restrict counts,
+    const float diagonal, // 0: vertices stay on the surface
     const uint side,
     const uint vertex_room,
     const uint triangle_room,
@@ -134,7 +141,19 @@ __kernel void bezier_grid_pieces_emit(
     const bezier_cell cell = bezier_cell_of(number, (side - 1) / CELL);
     const ulong2 both = vload2(number, masks);
     uint first = vertex_offsets[number];
-    bezier_emit(positions, normals, controls, sources, cell, both, first, side);
+    uchar samples[CELL_VERTICES];
+    const uint vertices = bezier_samples(samples, both);
+    bezier_emit_at(positions, normals, controls, sources, cell, samples, vertices, first, side);
+#if NORMALS
+    if (diagonal > 0.0f) {
+        float table[RISE_PLACES * RISE_PLACES];
+        bezier_rises(table, wishes, rises, ring, corner_ring, held[number], number, diagonal);
+        for (uint k = 0; k < vertices; ++k) {
+            const float3 normal = vload3(first + k, normals);
+            vstore3(vload3(first + k, positions) + normal * table[bezier_rise_place(samples[k])], first + k, positions);
+        }
+    }
+#endif
     __global uint *to = triangles + 3 * (size_t)triangle_offsets[number];
     for (uint t = 0; t < 2; ++t) {
         const ulong mask = t ? both.y : both.x, nodes = bezier_nodes(mask);

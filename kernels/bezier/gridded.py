@@ -13,8 +13,9 @@ from lodbench.kernels.bezier.adaptive import Adaptive
 from lodbench.kernels.bezier.adaptive_check import Wished, judged
 from lodbench.kernels.bezier.adaptive_params import AdaptiveParams
 from lodbench.kernels.bezier.candidates import Flags, Integers
-from lodbench.kernels.bezier.grids import SUMMED, rings, surface_area
+from lodbench.kernels.bezier.grids import MEAN_SHARE, SUMMED, rings, surface_area
 from lodbench.kernels.bezier.lattice import side_vertices
+from lodbench.kernels.bezier.rises import corner_ring, held
 from lodbench.kernels.bezier.tessellated import CONTROL_FLOATS
 from lodbench.kernels.launching import group_size
 from lodbench.kernels.opencl import Device
@@ -30,6 +31,8 @@ class Gridded(Adaptive):
     Attributes:
         area: of all patches, in squares of the diagonal, at least `LEAST_AREA`.
         ring: of each edge of each cell the next that is one with it, (4 cells,).
+        corner_ring: of each corner likewise.
+        held: edges and corners that stay on the surface, (cells,).
     """
 
     def __init__(self, device: Device, patches: BezierPatches, params: AdaptiveParams) -> None:
@@ -39,26 +42,40 @@ class Gridded(Adaptive):
         area = surface_area(patches.points.astype(np.float64), self._inverse)
         self.area = max(area, LEAST_AREA)
         self.ring = rings(self._borders, params.base)
+        self.corner_ring = corner_ring(self._borders, params.base)
+        self.held = held(self._borders, params.base)
         with self.setup.host("upload"):
             ring = self.upload("ring", self.ring, role="pattern")
+            corners = self.upload("corners", self.corner_ring, role="pattern")
+            stays = self.upload("held", self.held, role="pattern")
         self._wishes = self.allocate("wishes", cells, np.uint32)
+        self._rises = self.allocate("rises", 2 * cells, np.int32)
         choosing = self._tests.launch(
             "bezier_grids_choose", cells, stage="geometry_test", local=local, map=self._map,
-            controls=self._controls, wishes=self._wishes, inverse=self._inverse,
+            controls=self._controls, wishes=self._wishes, rises=self._rises,
+            inverse=self._inverse, mean=MEAN_SHARE[params.rises],
             price=min(params.least * self.area * SUMMED, 1e38), map_stride=self._map.shape[1],
             side=side_vertices(self._level), depth=params.finest_depth, cell_count=cells,
         )  # fmt: skip
-        self.add(choosing, bytes=4 * CONTROL_FLOATS * self.count + 4 * cells)
+        self.add(choosing, bytes=4 * CONTROL_FLOATS * self.count + 12 * cells)
         testing = self._tests.launch(
             "bezier_grid_pieces_test", cells, stage="geometry_test", local=local, wishes=self._wishes,
             ring=ring, masks=self._masks, **self._sizes, cell_count=cells,
         )  # fmt: skip
         self.add(testing, bytes=44 * cells)
-        self.finish("bezier_grid_pieces_emit", {})
+        emitted = {
+            "wishes": self._wishes, "rises": self._rises, "ring": ring, "corner_ring": corners,
+            "held": stays, "diagonal": 1 / self._inverse if params.rises else 0.0,
+        }  # fmt: skip
+        self.finish("bezier_grid_pieces_emit", emitted)
 
     def wishes(self) -> Integers:
         """The grid that each cell wishes for, (cells,): see `grids`."""
         return self.device.read(self._wishes).astype(np.int64)
+
+    def rises(self) -> Integers:
+        """How far each half of each cell rises, (cells, 2), in `rises.UNITS` of a diagonal."""
+        return self.device.read(self._rises).astype(np.int64).reshape(-1, 2)
 
     def work(self, flags: Flags) -> NDArray[np.int64]:
         """Vertices emitted; each cell compares as many grids."""
@@ -69,7 +86,7 @@ class Gridded(Adaptive):
         (mesh,) = self.result()
         return judged(
             self._patches, self._params, None, mesh, self.masks(), self.vertex_places(),
-            Wished(self.wishes(), self.ring, self.area),
+            Wished(self.wishes(), self.rises(), self.ring, self.corner_ring, self.held, self.area),
         )  # fmt: skip
 
 

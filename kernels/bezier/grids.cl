@@ -5,7 +5,8 @@
 // Reads     map              float[8 * map_stride]  as bezier/row.cl has it, of the finest level
 //           controls         float[64 * patches]    as bezier/patch.cl has it
 // Writes    wishes           uint [cell_count]      as bezier/grids.py has them
-// Needs     bezier/cell.cl
+//           rises            int  [2 * cell_count]  as bezier/rises.cl has them
+// Needs     bezier/rises.cl
 // Plain     bezier/grids.py
 // Defines   NORMALS (0), STREAMING (bezier/output.cl, 1)
 
@@ -16,13 +17,16 @@
 
 static inline float16 grids_power(const uint16 exponent) { return as_float16((127u - exponent) << 23); } // of a half
 
-// by diagonal, and by row and column of the nine places: how far each grid is off the surface
+// by row and column of the nine places: how far each grid is off the surface, along either diagonal; second differences
+// along u and both and v, and area
 typedef struct {
     float16 down[2][3], across[2][3];
+    float4 bend_down[3], bend_across[3];
 } grids_sums;
 
 // what place (i, j), 1 to 3 each, adds: of a grid of the whole cell, times area
-static inline void grids_off(grids_sums *sums, const float *at, const uint i, const uint j, const float inverse)
+static inline void grids_off(
+    grids_sums *sums, const float *at, const uint i, const uint j, const float inverse, const float mean)
 {
     float3 p[9];
     for (uint k = 0; k < 9; ++k)
@@ -34,11 +38,13 @@ static inline void grids_off(grids_sums *sums, const float *at, const uint i, co
     const float a = dot(p[7] + p[1] - p[4] * 2.0f, normal) * 16.0f;
     const float b = dot(p[8] + p[0] - p[2] - p[6], normal) * 4.0f;
     const float c = dot(p[5] + p[3] - p[4] * 2.0f, normal) * 16.0f;
+    const float4 bend = (float4)(a, b, c, sqrt(square));
+    sums->bend_down[i - 1] += bend, sums->bend_across[j - 1] += bend;
     const float16 one = a * grids_power(2 * LEVEL_U), other = c * grids_power(2 * LEVEL_V);
     const float16 twist = 2.0f * b * grids_power(LEVEL_U + LEVEL_V), sum = one + other, squares = one * one + other * other;
     for (uint k = 0; k < 2; ++k) {
         const float16 third = k ? sum - twist : sum + twist, all = sum + third;
-        const float16 off = sqrt(all * all + squares + third * third);
+        const float16 off = sqrt(max(all * all * mean + squares + third * third, (float16)(0.0f)));
         sums->down[k][i - 1] += off, sums->across[k][j - 1] += off;
     }
 }
@@ -59,11 +65,23 @@ static inline float grids_least(uint *found, const float16 both[2], const uint s
     return least;
 }
 
+// how far the triangles of a half lie under the surface in the mean, by what its places bend
+static inline int grids_rise(const float4 *three, const uint k, const uint level_u, const uint level_v, const uint other)
+{
+    const float4 bend = three[2 * k] + 0.5f * three[1];
+    if (!(bend.w > 0.0f)) return 0;
+    const float a = bend.x / (float)(1u << 2 * level_u), c = bend.z / (float)(1u << 2 * level_v);
+    const float b = bend.y / (float)(1u << (level_u + level_v));
+    return bezier_rise((a + c + (other ? -b : b)) / (-12.0f * bend.w));
+}
+
 __kernel void bezier_grids_choose(
     __global const float *restrict map,
     __global const float *restrict controls,
     __global uint *restrict wishes,
+    __global int *restrict rises,
     const float inverse, // 1 / diagonal
+    const float mean,    // weight of the mean's square: 1, or -1/4 where vertices rise by it
     const float price,   // of a triangle, in squares of the diagonal, times what the sums lack
     const uint map_stride,
     const uint side,
@@ -82,8 +100,9 @@ __kernel void bezier_grids_choose(
     grids_sums sums;
     for (uint k = 0; k < 2; ++k)
         for (uint n = 0; n < 3; ++n) sums.down[k][n] = sums.across[k][n] = (float16)(0.0f);
+    for (uint n = 0; n < 3; ++n) sums.bend_down[n] = sums.bend_across[n] = (float4)(0.0f);
     for (uint i = 1; i < 4; ++i)
-        for (uint j = 1; j < 4; ++j) grids_off(&sums, at, i, j, inverse);
+        for (uint j = 1; j < 4; ++j) grids_off(&sums, at, i, j, inverse, mean);
     const float16 one = sums.down[0][0] + sums.down[0][1] + sums.down[0][2];
     const float16 two = sums.down[1][0] + sums.down[1][1] + sums.down[1][2];
     uint found = (uint)(two.s0 < one.s0) << 6;
@@ -102,4 +121,12 @@ __kernel void bezier_grids_choose(
         if (cost < least || least == INFINITY) least = cost, found = cut | parts[0] << 2 | parts[1] << 7;
     }
     wishes[number] = found;
+    const uint cut = found & 3;
+    for (uint k = 0; k < 2; ++k) {
+        const uint of_half = found >> (2 + 5 * k), rows = cut ? (of_half & 3) + 1 : 0, columns = cut ? of_half >> 2 & 3 : 0;
+        const bool down = cut != 2;
+        const uint other = cut ? of_half >> 4 & 1 : found >> 6 & 1;
+        rises[2 * number + k] = grids_rise(
+            down ? sums.bend_down : sums.bend_across, k, down ? rows : columns, down ? columns : rows, other);
+    }
 }

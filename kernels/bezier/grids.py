@@ -69,6 +69,7 @@ PIECES = np.stack(
 
 SUMMED = 9 * 720**0.5
 """What the kernel's sums lack: the mean of nine places, and the root of 720."""
+MEAN_SHARE = (1.0, -0.25)  # of the mean's square in an error, vertices on the surface or fitted
 
 
 def piece_triangles(masks: Masks) -> Integers:
@@ -117,19 +118,23 @@ class Wish:
         return Wish(wishes & 3, half & 3, half >> 2 & 3, half >> 4 & 1)
 
 
-def grid_costs(
-    P: Doubles, base: int, inverse: float, price: float
-) -> tuple[Doubles, Doubles, Doubles]:
-    """What cells and their halves cost with each grid: what it is off the surface, times area, and a price a triangle.
+@dataclass(frozen=True, eq=False)
+class Bends:
+    """How cells bend about nine places, (m, cells, 3, 3) each, in diagonals.
 
-    The surface is taken as quadratic about nine places of the cell, of which the middle ones count for either half.
-    There the differences d1 d2 d3 of a triangle's three edges from their chords give a root mean square of
-    sqrt(((d1 + d2 + d3)^2 + d1^2 + d2^2 + d3^2) / 720).
-
-    Returns:
-        Of cells that are not cut, (m, cells, 2 diagonals); of halves, (m, cells, 2 cuts, 2 halves, 2 diagonals, 3 rows,
-        4 columns); the areas of cells, (m, cells).
+    Attributes:
+        u, both, v: second differences over the whole cell, along its normal.
+        area: of the cell, as it is there.
     """
+
+    u: Doubles
+    both: Doubles
+    v: Doubles
+    area: Doubles
+
+
+def cell_bends(P: Doubles, base: int, inverse: float) -> Bends:
+    """Of patches, (m, 4, 4, 3), with cells of a level; `inverse` is one over the diagonal."""
     level = base + DEEPEST
     u, v = lattice_parameters(level)
     where = cell_samples(level).reshape(-1, CELL + 1, CELL + 1)[:, ::2, ::2]
@@ -142,18 +147,35 @@ def grid_costs(
     area = np.linalg.norm(normal, axis=-1)
     normal /= np.where(area > 0, area, 1)[..., None]
     a, b, c = (
-        (second * normal).sum(-1)[..., None]
+        (second * normal).sum(-1)
         for second in (
             (at(1, 0) + at(-1, 0) - 2 * at(0, 0)) * 16,
             (at(1, 1) + at(-1, -1) - at(1, -1) - at(-1, 1)) * 4,
             (at(0, 1) + at(0, -1) - 2 * at(0, 0)) * 16,
         )
     )
+    return Bends(a, b, c, area)
+
+
+def grid_costs(bends: Bends, price: float, fitted: bool) -> tuple[Doubles, Doubles, Doubles]:
+    """What cells and their halves cost with each grid: what it is off the surface, times area, and a price a triangle.
+
+    The surface is taken as quadratic about nine places of the cell, of which the middle ones count for either half.
+    There the differences d1 d2 d3 of a triangle's three edges from their chords give a root mean square of
+    sqrt(((d1 + d2 + d3)^2 + d1^2 + d2^2 + d3^2) / 720), and a mean of (d1 + d2 + d3) / 24, without which there remains,
+    if `fitted`, sqrt((d1^2 + d2^2 + d3^2 - (d1 + d2 + d3)^2 / 4) / 720).
+
+    Returns:
+        Of cells that are not cut, (m, cells, 2 diagonals); of halves, (m, cells, 2 cuts, 2 halves, 2 diagonals, 3 rows,
+        4 columns); the areas of cells, (m, cells).
+    """
+    a, b, c = (part[..., None] for part in (bends.u, bends.both, bends.v))
+    area, mean = bends.area, MEAN_SHARE[fitted]
     a, b, c = a * 0.25**LEVEL_U, b * 0.5 ** (LEVEL_U + LEVEL_V), c * 0.25**LEVEL_V
     found = []
     for third in (a + c + 2 * b, a + c - 2 * b):
-        square = (a + c + third) ** 2 + a * a + c * c + third * third
-        found.append(np.sqrt(square / 720) * area[..., None] / 9)
+        square = mean * (a + c + third) ** 2 + a * a + c * c + third * third
+        found.append(np.sqrt(np.maximum(square, 0) / 720) * area[..., None] / 9)
     off = np.stack(found, axis=-2)  # (m, cells, 3, 3, 2, grids)
     shares = np.array([[1, 0.5, 0], [0, 0.5, 1]])
     along = np.einsum("hi,mcijdg->mchdg", shares, off)
@@ -184,7 +206,12 @@ def rings(found: Borders, base: int) -> NDArray[np.uint32]:
         shared = found.curve[:, edge, None, None] * n + np.where(turned, n - 1 - place, place)
         keys.append(np.where(on, 2 * count * (n + 1) * n + shared, key))
         turns.append(turned)
-    key = np.stack(keys, axis=-1).ravel()
+    ring = ring_of(np.stack(keys, axis=-1).ravel())
+    return 2 * ring + np.stack(turns, axis=-1).ravel()
+
+
+def ring_of(key: Integers) -> NDArray[np.uint32]:
+    """For each key, (n,), where the next of its value is, in a ring."""
     order = np.argsort(key, kind="stable")
     is_last = np.append(key[order][1:] != key[order][:-1], True)[: len(key)]
     first = np.append(0, np.flatnonzero(is_last)[:-1] + 1)
@@ -192,7 +219,7 @@ def rings(found: Borders, base: int) -> NDArray[np.uint32]:
     after[is_last] = first[: is_last.sum()]
     ring = np.empty(len(key), np.uint32)
     ring[order] = order[after]
-    return 2 * ring + np.stack(turns, axis=-1).ravel()
+    return ring
 
 
 def _on(level: Integers) -> Flags:
