@@ -135,6 +135,27 @@ def tables_of(model: NurbsModel, grids: Sequence[Grid]) -> Tables:
     )
 
 
+def tiles_of(grids: Sequence[Grid], columns: int, vertices: int) -> NDArray[np.uint32]:
+    """Grids cut evenly into tiles of at most so many columns and about as many vertices, (n, 5) uint32.
+
+    Each is a surface's number, the first row, how many rows, the first column, how many columns.
+    """
+    found = [np.zeros((0, 5), np.int64)]
+    for s, grid in enumerate(grids):
+        across = _cut(grid.columns, -(-grid.columns // columns))
+        down = _cut(grid.rows, -(-grid.rows * int(across[:, 1].max()) // vertices))
+        tiles = np.zeros((len(down), len(across), 5), np.int64)
+        tiles[..., 0], tiles[..., 1:3], tiles[..., 3:] = s, down[:, None], across
+        found.append(tiles.reshape(-1, 5))
+    return np.concatenate(found).astype(np.uint32)
+
+
+def _cut(count: int, parts: int) -> Numbers:
+    """Where each of the even parts begins and how long it is, (parts, 2)."""
+    ends = np.arange(min(parts, count) + 1) * count // min(parts, count)
+    return np.stack([ends[:-1], np.diff(ends)], axis=1)
+
+
 def _span_records(knots: Doubles, degree: int, begins: Numbers) -> Doubles:
     """Distances of knots from each span's ends over its width, and the inverse widths of the basis, (spans, 48)."""
     found = np.zeros((len(begins), SPAN_FLOATS))

@@ -9,22 +9,20 @@ import numpy as np
 
 from lodbench.datasets_gen.nurbs_surface import NurbsModel
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
-from lodbench.kernels.launching import LINE, group_size, kernel_defines
+from lodbench.kernels.launching import group_size
 from lodbench.kernels.nurbs.borders import borders_of, shared_vertices
 from lodbench.kernels.nurbs.grids import Grid, placed, tables_of
 from lodbench.kernels.nurbs.judged import judged
 from lodbench.kernels.nurbs.params import BASES, NurbsParams
 from lodbench.kernels.nurbs.reference import homogeneous, quad_scales
 from lodbench.kernels.nurbs.samples import Samples, by_side, by_span
+from lodbench.kernels.nurbs.vertices import vertex_launch
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.subject import POINT, DeviceSubject
 from lodbench.kernels.system import Check, DeviceSurface, Stored
 
 PLANES = 15  # of basis functions and slopes at each sample: see `nurbs/basis.cl`
 LARGEST = 1e30  # coordinate
-LONG_CHUNK, LONG_GROUP = 1024, 2
-"""Vertices of a work-item on a CPU, and work-items of a group: a chunk begins by finding its surface and row, and a cut
-run of vertices is two. Not where stores go past the caches, for which each work-item holds its whole chunk."""
 
 
 def sampled(model: NurbsModel, params: NurbsParams) -> list[tuple[Samples, Samples]]:
@@ -129,22 +127,11 @@ class Tessellated(DeviceSubject):
     def _add_vertices(self) -> None:
         """The step that writes every vertex."""
         size = self.vertex_bytes * self.vertices
-        defines = self.defines | kernel_defines(self.device, size)
-        group = group_size(self.device)
-        if defines["CHUNK"] > LINE and not defines["STREAMING"]:
-            defines["CHUNK"], group = LONG_CHUNK, min(LONG_GROUP, group)
-        with self.setup.host("build"):
-            program = self.device.build("nurbs/vertex.cl", defines=defines)
-        launch = program.launch(
-            "nurbs_vertex", -(-self.vertices // defines["CHUNK"]), stage="vertex",
-            local=group, **self.buffers, positions=self.positions, normals=self.normals,
-            stride=self.buffers["places"].shape[1], surface_count=len(self.model.surfaces),
-            vertex_count=self.vertices,
-        )  # fmt: skip
         terms = [s.degree_v + 1 for s in self.model.surfaces]
         each = [6 * term * (3 if self._params.normals else 1) for term in terms]
         flops = sum(e * grid.vertices for e, grid in zip(each, self.grids, strict=True))
         read = self.buffers["controls"].size_bytes + self.buffers["weights"].size_bytes
+        launch = vertex_launch(self, size)
         self.add(launch, bytes=size + read, flops=flops)
 
     @property

@@ -65,7 +65,10 @@ def test_uniform_nurbs_gives_the_surfaces_of_scipy(device, name, per):
         assert np.abs(np.linalg.norm(mesh.normals, axis=1) - 1).max() <= UNIT_LENGTH
 
 
-@pytest.mark.parametrize("name", MODELS)
+ALSO_SLOW = [*MODELS[:3], *(pytest.param(m, marks=pytest.mark.slow) for m in MODELS[3:])]
+
+
+@pytest.mark.parametrize("name", ALSO_SLOW)
 def test_uniform_nurbs_of_real_models(device, data_folder, name):
     model = catalogue.load(name).surface.recentred()[0]
     prepared = made(device, model, 3)
@@ -83,7 +86,7 @@ def assert_borders_agree(prepared):
     assert normals[smooth[0]].tobytes() == normals[smooth[1]].tobytes()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(models(), st.integers(0, 4), st.sampled_from(["surface", "span"]), st.sampled_from(BASES))
 def test_uniform_nurbs_of_any_degrees_knots_and_weights(device, model, level, per, basis):
     prepared = made(device, model, level, per, basis)
@@ -184,11 +187,29 @@ def test_uniform_nurbs_gives_long_rows_the_same_bytes_however_they_are_cut(
     assert_near_scipy(whole)
     assert whole.check().passed
     for chunk, group in ((8, 1), (40, 2), (1 << 15, 1)):
-        monkeypatch.setattr("lodbench.kernels.nurbs.tessellated.LONG_CHUNK", chunk)
-        monkeypatch.setattr("lodbench.kernels.nurbs.tessellated.LONG_GROUP", group)
+        monkeypatch.setattr("lodbench.kernels.nurbs.vertices.LONG_CHUNK", chunk)
+        monkeypatch.setattr("lodbench.kernels.nurbs.vertices.LONG_GROUP", group)
         (cut,), (one,) = made(device, model, 7).result(), whole.result()
         assert cut.positions.tobytes() == one.positions.tobytes()
         assert cut.normals.tobytes() == one.normals.tobytes()
+
+
+@pytest.mark.parametrize("degrees", [(3, 3), (1, 2), (7, 5)])
+def test_uniform_nurbs_gives_points_alone_the_same_bytes_however_they_are_cut(
+    device, monkeypatch, degrees
+):
+    model = NurbsModel(tuple(random_surface(degrees, (k, 4), k, False) for k in (1, 2, 9)))
+    for level in (0, 1, 6):
+        whole = made(device, model, level, normals=False)
+        assert_near_scipy(whole)
+        assert whole.check().passed
+        (one,), (beside,) = whole.result(), made(device, model, level).result()
+        assert np.abs(one.positions - beside.positions).max() <= 1e-6
+        for columns, vertices in ((3, (8, 8)), (24, (100, 100))):
+            monkeypatch.setattr("lodbench.kernels.nurbs.vertices.TILE_COLUMNS", columns)
+            monkeypatch.setattr("lodbench.kernels.nurbs.vertices.TILE_VERTICES", vertices)
+            (cut,) = made(device, model, level, normals=False).result()
+            assert cut.positions.tobytes() == one.positions.tobytes()
 
 
 def test_uniform_nurbs_normals_are_a_part_that_may_be_left_out(device):

@@ -1,0 +1,155 @@
+// Points of surfaces without weights, tile after tile of their grids: control rows are summed along v for all rows of a
+// tile at once, and each row of points is a sum of those.
+//
+// Source    Concheiro 2013, section 6.2, in the order of a tensor product: what is left for a row is the same for each of
+//           its floats, wherever spans of v end
+// Work      1-D, one item per tile: some columns of some rows of a surface's grid
+// Reads     tiles      uint [5 * tile_count]      surface, first row, rows, first column, columns
+//           surfaces   uint [16 * surface_count]  as nurbs/surface.cl has them
+//           samples    uint [4 * samples]         as nurbs/surface.cl has them
+//           weights    float[15 * stride]         as nurbs/basis.cl writes them; eight more than samples
+//           controls   float[4 * controls]        as nurbs/surface.cl has them
+// Writes    positions  float[3 * vertices]        packed; surface after surface, v fastest
+// Needs     nurbs/surface.cl
+// Plain     nurbs/reference.py
+// Defines   TILE_COLUMNS (most columns of a tile), NORMALS (0), RATIONAL (0), STREAMING (0)
+
+#pragma OPENCL FP_CONTRACT OFF
+
+#define STRIP_ROWS 8 // control rows that a span of degree 7 has
+#define STRIP_FLOATS ((3 * TILE_COLUMNS + 39) & ~15) // whole vectors are stored, the last one past the end
+#define TILE_WORDS 5
+
+// x y z x y z ... of each column of a tile
+typedef struct __attribute__((aligned(64))) {
+    float points[STRIP_ROWS][STRIP_FLOATS]; // control row c at c % 8, counted from the origin
+    float steps[STRIP_ROWS][STRIP_FLOATS];  // and what it has more than row c - 1
+    float base[STRIP_FLOATS];               // the span's first control row, where it lies
+    float origin[STRIP_FLOATS];
+    uint first, end; // the span's first control row, and that from which on none is there yet
+} nurbs_strip_rows;
+
+// control row c at `count` columns of one span from number j of the tile on, of samples whose basis functions are `weights`
+static inline __attribute__((always_inline)) void nurbs_strip_span(nurbs_strip_rows *strip, __global const float *net,
+    __global const float *weights, const uint stride, const uint q, const uint c, const uint j, const uint count)
+{
+    const float *before = strip->points[(c + STRIP_ROWS - 1) % STRIP_ROWS];
+    float *row = strip->points[c % STRIP_ROWS], *step = strip->steps[c % STRIP_ROWS];
+    float4 points[STRIP_ROWS];
+    for (uint l = 0; l <= q; ++l) points[l] = vload4(l, net);
+    for (uint k = 0; k < count; k += 8) {
+        const uint f = 3 * (j + k);
+        const float8 zero = (float8)(0.0f);
+        planes8 sum = {zero, zero, zero};
+        for (uint l = 0; l <= q; ++l) {
+            const float8 n = vload8(0, weights + k + l * stride);
+            sum.x = fma(n, (float8)(points[l].x), sum.x);
+            sum.y = fma(n, (float8)(points[l].y), sum.y);
+            sum.z = fma(n, (float8)(points[l].z), sum.z);
+        }
+        const packed8 packed = packed_rows(sum);
+        vstore8(packed.first - vload8(0, before + f), 0, step + f), vstore8(packed.first, 0, row + f);
+        vstore8(packed.second - vload8(1, before + f), 1, step + f), vstore8(packed.second, 1, row + f);
+        vstore8(packed.third - vload8(2, before + f), 2, step + f), vstore8(packed.third, 2, row + f);
+    }
+}
+
+// control row c at `columns` columns from number `column` on
+static inline void nurbs_strip_row(nurbs_strip_rows *strip, const nurbs_surface *surface, const nurbs_tables *tables,
+    const uint c, const uint column, const uint columns)
+{
+    for (uint j = 0, count; j < columns; j += count) {
+        const uint sample = surface->sample_v + column + j, stride = tables->stride, q = surface->q;
+        const uint4 at = vload4(sample, tables->samples);
+        __global const float *net = tables->controls + 4 * (surface->control + c * surface->control_columns + at.x);
+        __global const float *weights = tables->weights + sample;
+        count = min(at.y - sample, columns - j);
+        if (q == 3) nurbs_strip_span(strip, net, weights, stride, 3, c, j, count);
+        else nurbs_strip_span(strip, net, weights, stride, q, c, j, count);
+    }
+}
+
+// the control rows of the span of u that begins with row `first`; what the span before had is kept
+static inline void nurbs_strip_to(nurbs_strip_rows *strip, const nurbs_surface *surface, const nurbs_tables *tables,
+    const uint first, const uint column, const uint columns)
+{
+    float *row = strip->points[first % STRIP_ROWS];
+    if (strip->first == first) return;
+    if (strip->end <= first) { // no row is there, nor one before it
+        strip->end = first;
+        float *before = strip->points[(first + STRIP_ROWS - 1) % STRIP_ROWS];
+        for (uint f = 0; f < STRIP_FLOATS; f += 8) vstore8((float8)(0.0f), 0, before + f);
+    }
+    strip->first = first;
+    for (; strip->end <= first + surface->p; ++strip->end)
+        nurbs_strip_row(strip, surface, tables, strip->end, column, columns);
+    for (uint f = 0; f < 3 * columns; f += 8)
+        vstore8(vload8(0, row + f) + vload8(0, strip->origin + f), 0, strip->base + f);
+}
+
+// eight floats of a row: its first control row and p steps from there, since basis functions sum to 1; cubics written
+// out, which no compiler does
+static inline __attribute__((always_inline)) float8 nurbs_strip_sum(
+    const nurbs_strip_rows *strip, const float *const steps[STRIP_ROWS], const uint f, const float *w, const uint p)
+{
+    float8 sum = vload8(0, strip->base + f);
+    if (p == 3) {
+        sum = fma(vload8(0, steps[1] + f), (float8)(w[1]), sum);
+        sum = fma(vload8(0, steps[2] + f), (float8)(w[2]), sum);
+        return fma(vload8(0, steps[3] + f), (float8)(w[3]), sum);
+    }
+    for (uint k = 1; k <= p; ++k) sum = fma(vload8(0, steps[k] + f), (float8)(w[k]), sum);
+    return sum;
+}
+
+// a row of points: eight at a time, the last of which may be among those before
+static inline __attribute__((always_inline)) void nurbs_strip_points(__global float *restrict out,
+    const nurbs_strip_rows *strip, __global const float *weights, const uint stride, const uint p, const uint columns)
+{
+    const float *steps[STRIP_ROWS];
+    float w[STRIP_ROWS + 1]; // of step k: that of all control rows from k on
+    w[p + 1] = 0.0f;
+    for (uint k = p; k > 0; --k)
+        w[k] = w[k + 1] + weights[k * stride], steps[k] = strip->steps[(strip->first + k) % STRIP_ROWS];
+    for (uint j = 0; j < columns; j += 8) {
+        const uint f = 3 * (j + 8 > columns && columns > 8 ? columns - 8 : j);
+        const float8 first = nurbs_strip_sum(strip, steps, f, w, p);
+        const float8 second = nurbs_strip_sum(strip, steps, f + 8, w, p);
+        const float8 third = nurbs_strip_sum(strip, steps, f + 16, w, p);
+        if (columns >= 8) vstore8(first, 0, out + f), vstore8(second, 1, out + f), vstore8(third, 2, out + f);
+        else {
+            float some[24];
+            vstore8(first, 0, some), vstore8(second, 1, some), vstore8(third, 2, some);
+            for (uint i = 0; i < 3 * columns; ++i) out[i] = some[i];
+        }
+    }
+}
+
+__kernel void nurbs_strip(
+    __global const uint *restrict tiles,
+    __global const uint *restrict surfaces,
+    __global const uint *restrict samples,
+    __global const float *restrict weights,
+    __global const float *restrict controls,
+    __global float *restrict positions,
+    const uint stride,
+    const uint tile_count)
+{
+    if (get_global_id(0) >= tile_count) return;
+
+    __global const uint *tile = tiles + TILE_WORDS * get_global_id(0);
+    const uint row = tile[1], rows = tile[2], column = tile[3], columns = tile[4];
+    const nurbs_tables tables = {samples, weights, controls, 0, 0, 0, stride};
+    nurbs_surface surface;
+    nurbs_surface_of(&surface, surfaces + SURFACE_WORDS * tile[0]);
+    nurbs_strip_rows strip;
+    strip.first = UINT_MAX, strip.end = 0;
+    for (uint k = 0; k < TILE_COLUMNS + 8; ++k) vstore3(surface.origin, k, strip.origin);
+    for (uint i = row; i < row + rows; ++i) {
+        const uint sample = surface.sample_u + i;
+        __global float *out = positions + 3 * (surface.first_vertex + (size_t)i * surface.columns + column);
+        nurbs_strip_to(&strip, &surface, &tables, samples[4 * sample], column, columns);
+        if (surface.p == 3) nurbs_strip_points(out, &strip, weights + sample, stride, 3, columns);
+        else nurbs_strip_points(out, &strip, weights + sample, stride, surface.p, columns);
+    }
+}
