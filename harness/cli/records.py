@@ -147,5 +147,9 @@ def compare(
             say(
                 f"{found['too_few']} rows have too few samples for a word on time: see --precision, --samples of run"
             )
+        if found["busy"]:
+            say(
+                f"{found['busy']} rows were disturbed by other processes: nothing is said of their time"
+            )
         say(f"{found['regressions']} regressions or unmatched in {len(found['rows'])} rows")
     raise typer.Exit(1 if found["regressions"] else 0)

@@ -223,6 +223,17 @@ def test_error_larger_by_ten_per_cent_is_found_and_no_other(tmp_path):
     assert (row["system"], row["why"]) == ("kernel_5", "rms_error 0.0001 -> 0.00011")
 
 
+@pytest.mark.parametrize("side", [0, 1])
+def test_time_of_a_disturbed_run_is_not_judged_but_results_are(tmp_path, side):
+    pair = [run(tmp_path, subject(wall=wall), subject("b", wall=wall)) for wall in (1.0, 1.5)]
+    pair[side].groups[0].others = 0.3
+    pair[1].groups[0].subjects["b"].counters = {"triangles": 99}
+    found = compare(*pair)
+    said = [(row["verdict"], row["why"]) for row in found["rows"]]
+    assert said == [("busy", ""), ("regression", "triangles 100 -> 99")]
+    assert (found["busy"], found["regressions"]) == (1, 1)
+
+
 def test_so_many_rows_that_no_result_could_be_sure_are_too_few_samples(tmp_path):
     # 1 / comb(12, 6) is 0.11 %: sure enough among 46 rows at 5 %, not among 48
     few = [measured(tmp_path, seed) for seed in (1, 2)]
