@@ -140,7 +140,7 @@ def compare(
     pattern = options.pattern(keep) if keep else None
     first = read_run(a)
     found = comparison.compare(first, read_run(b), threshold, pattern)
-    more = [comparison.compare(first, read_run(one), threshold, pattern) for one in again or ()]
+    more = [comparison.compare(first, read_run(one), threshold / 2, pattern) for one in again or ()]
     comparison.confirm(found, more)
     if json_output:
         say_json(found)

@@ -146,6 +146,7 @@ def compare(
 def confirm(found: dict[str, Any], again: Sequence[dict[str, Any]]) -> None:
     """Leave a row slower only where it is so in these comparisons too, of further runs of B's code with A.
 
+    They are made with half the threshold: that a row was slower beyond it is known, and what chance adds is not.
     Frames are up to a quarter slower in one process than in the next, by where its buffers lie and by what else the
     host does: samples of one run do not know of that, and a second run does.
     """
