@@ -83,11 +83,12 @@ def measured(app, page, source):
 
 def _compared(found):
     same, slower, worse = (found[key] for key in ("same", "slower", "worse"))
+    times = "; ".join(slower["said"])
     return (
-        f"The same code was compared {same['comparisons']} times, in processes of their own: {same['alarms']} "
-        f"alarms ({same['alarms_of_one_run']} before a second run was asked to confirm them), at a level of {found['level']:.0%} "
-        f"for each comparison. A tenth more work in one kernel was found {slower['found']} of "
-        f"{slower['tries']} times ({'; '.join(slower['said'])}), with {slower['others']} alarms on other rows; an error a tenth larger "
+        f"The same code was compared {same['comparisons']} times, in processes of their own: {same['alarms']} alarms "
+        f"({same['alarms_of_one_run']} before a second run was asked to confirm them), at a level of "
+        f"{found['level']:.0%} for each comparison. A tenth more work in one kernel was found {slower['found']} of "
+        f"{slower['tries']} times ({times}), with {slower['others']} alarms on other rows; an error a tenth larger "
         f"{worse['found']} of {worse['tries']} times, with {worse['others']}. On {found['cpu']}, {found['driver']}, "
         f"commit {found['commit']}."
     )
