@@ -26,17 +26,18 @@ EVERY = 5  # runs of the same code from one that is changed to the next
 
 
 def measured(folder, change="", rows=ROWS):
-    """A run of these rows, of code that is changed so; again while others disturb it, but not if it is there whole."""
-    while not (folder / "samples.jsonl.gz").exists():
+    """A run of these rows, of code that is changed so, that nothing disturbed; one that is there is not made again."""
+    while not (folder / "samples.jsonl.gz").exists() or _disturbed(folder):
         shutil.rmtree(folder, ignore_errors=True)
         module = ["tests.comparison.changed", change] if change else ["lodbench.harness"]
         words = [sys.executable, "-m", *module, "sweep", str(rows), "--out", str(folder)]
         words += ["--samples", str(SAMPLES), "--quiet"]
         subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
-        if any(group.others > NOISY_OTHERS for group in read_run(folder).groups):
-            say(f"{folder.name}: disturbed, once more", err=True)
-            shutil.rmtree(folder)
     return read_run(folder)
+
+
+def _disturbed(folder):
+    return any(group.others > NOISY_OTHERS for group in read_run(folder).groups)
 
 
 def judged(a, b, *again):
