@@ -1,5 +1,6 @@
 """Sphinx: the user guide in Markdown, the interface from docstrings; `make docs` builds it without warnings."""
 
+import json
 from collections import Counter
 from pathlib import Path
 
@@ -68,6 +69,41 @@ def judged(app, page, source):
     source[0] = source[0].replace("VERDICTS", "\n".join(lines))
 
 
+REFERENCE = Path(__file__).parents[1] / "results" / "reference"
+
+
+def measured(app, page, source):
+    """What `compare` found, and how the tests went on each driver, where the page on measuring asks for them."""
+    if page == "measuring":
+        for word, tell in (("COMPARED", _compared), ("DRIVERS", _drivers)):
+            path = REFERENCE / f"{'comparison' if word == 'COMPARED' else 'runtimes'}.json"
+            told = tell(json.loads(path.read_text("utf-8"))) if path.exists() else "Not recorded."
+            source[0] = source[0].replace(word, told)
+
+
+def _compared(found):
+    same, slower, worse = (found[key] for key in ("same", "slower", "worse"))
+    times = "; ".join(slower["said"])
+    return (
+        f"The same code was compared {same['comparisons']} times, in processes of their own: {same['alarms']} alarms "
+        f"({same['alarms_of_one_run']} before a second run was asked to confirm them), at a level of "
+        f"{found['level']:.0%} for each comparison. A tenth more work in one kernel was found {slower['found']} of "
+        f"{slower['tries']} times ({times}), with {slower['others']} alarms on other rows; an error a tenth larger "
+        f"{worse['found']} of {worse['tries']} times, with {worse['others']}. On {found['cpu']}, {found['driver']}, "
+        f"commit {found['commit']}."
+    )
+
+
+def _drivers(found):
+    lines = ["| driver | passed | failed | skipped | commit |", "| --- | --- | --- | --- | --- |"]
+    for name, one in found.items():
+        skipped = sum(one["skipped"].values())
+        lines.append(
+            f"| {name} | {one['passed']:,} | {len(one['failed'])} | {skipped} | {one['commit']} |"
+        )
+    return "\n".join(lines)
+
+
 def formula(self, node, display):
     """A formula as MathML, which browsers show by themselves: nothing is loaded from elsewhere."""
     self.body.append(convert(node.astext(), display=display))
@@ -78,6 +114,7 @@ def setup(app):
     """Called by Sphinx."""
     app.connect("autodoc-process-docstring", plain_blocks)
     app.connect("source-read", judged)
+    app.connect("source-read", measured)
     app.add_html_math_renderer(
         "mathml",
         (lambda self, node: formula(self, node, "inline"), None),

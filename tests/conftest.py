@@ -7,11 +7,21 @@ import pytest
 from hypothesis import settings
 
 from lodbench.kernels.opencl.device import Device, DeviceError
+from tests import tally
 
 # the same examples in every run; `pytest --hypothesis-profile=search` looks for new ones
 settings.register_profile("repeatable", derandomize=True)
 settings.register_profile("search", derandomize=False)
 settings.load_profile("repeatable")
+
+
+def pytest_addoption(parser):
+    parser.addoption("--tally", type=Path, help="note in this file how many passed on the device")
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    if config.getoption("--tally"):
+        tally.write(config.getoption("--tally"), terminalreporter)
 
 
 def pytest_configure(config):

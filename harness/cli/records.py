@@ -115,6 +115,12 @@ def plot(
 def compare(
     a: Annotated[Path, typer.Argument(metavar="A", help="The run to compare with.")],
     b: Annotated[Path, typer.Argument(metavar="B", help="The run in question.")],
+    again: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="[B2]...", help="More runs of B's code: slower is what is so in all."
+        ),
+    ] = None,
     threshold: Annotated[
         float, typer.Option("--threshold", min=0.0, help="A slowdown below this share is none.")
     ] = 0.05,
@@ -132,7 +138,10 @@ def compare(
     from lodbench.harness.report import compare as comparison
 
     pattern = options.pattern(keep) if keep else None
-    found = comparison.compare(read_run(a), read_run(b), threshold, pattern)
+    first = read_run(a)
+    found = comparison.compare(first, read_run(b), threshold, pattern)
+    more = [comparison.compare(first, read_run(one), threshold / 2, pattern) for one in again or ()]
+    comparison.confirm(found, more)
     if json_output:
         say_json(found)
     else:
@@ -146,6 +155,10 @@ def compare(
         if found["too_few"]:
             say(
                 f"{found['too_few']} rows have too few samples for a word on time: see --precision, --samples of run"
+            )
+        if found["busy"]:
+            say(
+                f"{found['busy']} rows were disturbed by other processes: nothing is said of their time"
             )
         say(f"{found['regressions']} regressions or unmatched in {len(found['rows'])} rows")
     raise typer.Exit(1 if found["regressions"] else 0)

@@ -12,7 +12,7 @@ from scipy import stats
 
 from lodbench.harness.measure.precision import ENOUGH
 from lodbench.harness.record.record import GroupRecord, RunRecord, SubjectRecord
-from lodbench.harness.report.statistics import unpaired_ratio
+from lodbench.harness.report.statistics import NOISY_OTHERS, unpaired_ratio
 
 THRESHOLD = 0.05  # a slowdown below this share is no regression, however sure
 LEVEL = 0.05
@@ -54,9 +54,17 @@ def _subjects(
 ) -> Iterator[tuple[tuple[str, str, str], tuple[SubjectRecord, Sequence[float]]]]:
     for group in run.groups:
         for subject in group.subjects.values():
-            # files of one's own are the same only if their content is
-            name = " ".join(filter(None, (group.name, group.facts.get("content"))))
-            yield (group.table, name, subject.label), (subject, times(run, group, subject))
+            yield (*named(group), subject.label), (subject, times(run, group, subject))
+
+
+def named(group: GroupRecord) -> tuple[str, str]:
+    """The table and the name that a group's rows have: files of one's own are the same only if their content is."""
+    return group.table, " ".join(filter(None, (group.name, group.facts.get("content"))))
+
+
+def _disturbed(run: RunRecord) -> set[tuple[str, str]]:
+    """The groups while which other processes took so much of the machine that their rows are noisy for it."""
+    return {named(group) for group in run.groups if group.others > NOISY_OTHERS}
 
 
 def _quality(subject: SubjectRecord | None, key: str) -> float | None:
@@ -79,7 +87,8 @@ def compare(
     more rows, the surer each must be: by Holm's procedure, two runs of the same code have any row called slower in one
     of twenty comparisons at the most (`LEVEL`), whatever the number of rows. `p` is that test's, of the direction that
     the ratio has. With fewer than 6 samples on a side, or too few for any result to be sure enough, nothing is said of
-    time (`too few`). Rows of one run only are `missing` or `new`.
+    time (`too few`); nor where other processes took so much of the machine that a run's rows are noisy for it
+    (`busy`). Rows of one run only are `missing` or `new`.
 
     Args:
         a: the run to compare with.
@@ -94,6 +103,7 @@ def compare(
     Source: Mann & Whitney 1947; Holm 1979, A Simple Sequentially Rejective Multiple Test Procedure.
     """
     before, after = dict(_subjects(a, times)), dict(_subjects(b, times))
+    disturbed = _disturbed(a) | _disturbed(b)
     rows = []
     for key in [*before, *(key for key in after if key not in before)]:
         if keep is not None and not keep.search(" ".join(key)):
@@ -110,6 +120,9 @@ def compare(
             "triangles_b": new.counters.get("triangles") if new else None,
         }  # fmt: skip
         row["verdict"], row["why"] = _verdict(row, old, new, first, second, threshold)
+        if row["verdict"] == "timed" and key[:2] in disturbed:
+            row["verdict"], row["p"] = "regression" if row["why"] else "busy", None
+            del row["least_p"]
         rows.append(row)
     if not any(row["verdict"] not in ("missing", "new") for row in rows):
         raise ValueError(f"B: expected a run that has rows of {a.folder}, got none in {b.folder}")
@@ -126,7 +139,29 @@ def compare(
         "rows": rows,
         "regressions": sum(row["verdict"] in WORSE for row in rows),
         "too_few": sum(row["verdict"] == "too few" for row in rows),
+        "busy": sum(row["verdict"] == "busy" for row in rows),
     }
+
+
+def confirm(found: dict[str, Any], again: Sequence[dict[str, Any]]) -> None:
+    """Leave a row slower only where it is so in these comparisons too, of further runs of B's code with A.
+
+    They are made with half the threshold: that a row was slower beyond it is known, and what chance adds is not.
+    Frames are up to a quarter slower in one process than in the next, by where its buffers lie and by what else the
+    host does: samples of one run do not know of that, and a second run does.
+    """
+    key = ("table", "group", "system")
+    slower = [
+        {tuple(row[k] for k in key) for row in one["rows"] if "slower" in row["why"].split("; ")}
+        for one in again
+    ]
+    for row in found["rows"]:
+        why = row["why"].split("; ")
+        if "slower" in why and not all(tuple(row[k] for k in key) in one for one in slower):
+            why.remove("slower")
+            row["verdict"] = "regression" if why else "unconfirmed"
+            row["why"] = "; ".join(why)
+    found["regressions"] = sum(row["verdict"] in WORSE for row in found["rows"])
 
 
 def _verdict(

@@ -19,8 +19,7 @@ from lodbench.harness.plan.group import Group
 from lodbench.harness.plan.table import Table
 from lodbench.harness.record.record import RUN, GroupRecord, RunRecord, SubjectRecord, read_run
 from lodbench.harness.report import derive
-from lodbench.harness.report.compare import compare
-from lodbench.harness.report.statistics import NOISY_OTHERS
+from lodbench.harness.report.compare import compare, named
 
 THRESHOLD = 0.20  # two machines differ by so much in what caches and cores do for one side alone
 SECONDS = 60.0  # that the chosen groups took when they were recorded
@@ -119,27 +118,14 @@ def judged(
 ) -> list[dict[str, Any]]:
     """The rows that both runs have, as `compare` gives them of times relative to the baseline; `against` names that.
 
-    Rows of which nothing is said, because they run on the host or one side did not measure them, are left out. Where
-    other processes took so much of the machine on either side that its rows are noisy for it, nothing is said of time:
-    the verdict is `busy`.
+    Rows of which nothing is said, because they run on the host or one side did not measure them, are left out.
     """
     against = {}
-    busy = set()
     for group in (*before.groups, *after.groups):
         plain = baseline(group)
-        name = " ".join(filter(None, (group.name, group.facts.get("content"))))
-        against[group.table, name] = plain.label if plain else "copying memory"
-        if group.others > NOISY_OTHERS:
-            busy.add((group.table, name))
-    found = []
-    for row in compare(before, after, threshold, times=relative)["rows"]:
-        if row["verdict"] in ("missing", "new", "not measured"):
-            continue
-        key = row["table"], row["group"]
-        if key in busy:
-            row["why"] = "; ".join(
-                word for word in row["why"].split("; ") if word not in ("", "slower")
-            )
-            row["verdict"] = "regression" if row["why"] else "busy"
-        found.append({**row, "against": against[key]})
-    return found
+        against[named(group)] = plain.label if plain else "copying memory"
+    return [
+        {**row, "against": against[row["table"], row["group"]]}
+        for row in compare(before, after, threshold, times=relative)["rows"]
+        if row["verdict"] not in ("missing", "new", "not measured")
+    ]

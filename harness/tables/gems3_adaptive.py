@@ -39,10 +39,10 @@ SHADER = "gl_adaptive_tessellation"
 
 def _errors(dataset: str, quick: bool) -> Group:
     finest = 64 if quick else 128
-    uniform = SEGMENTS[:-1] if quick else SEGMENTS
+    uniform = SEGMENTS[:-2] if quick else SEGMENTS
     asked = [
         ({"segments": 64, "tolerance": tolerance}, f"{tolerance:g}")
-        for tolerance in (TOLERANCES[:-1] if quick else TOLERANCES)
+        for tolerance in (TOLERANCES[:-2] if quick else TOLERANCES)
     ]
     subjects = [
         *(Subject(UNIFORM, {"segments": n}, f"{UNIFORM}_{n}") for n in uniform),

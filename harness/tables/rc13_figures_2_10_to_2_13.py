@@ -93,11 +93,11 @@ def _scene_name(model: str, copies: int) -> str:
 def groups(quick: bool) -> list[Group]:
     """Each scene at each level, whole frames against a driver's shaders, then a teapot by itself.
 
-    `quick` has the teapots alone, against shaders one teapot.
+    `quick` has the teapots alone at two levels, against shaders one teapot.
     """
     made = []
     for model in MODELS[:1] if quick else MODELS:
-        for level in LEVELS:
+        for level in LEVELS[:2] if quick else LEVELS:
             made.append(_scene(model, level))
             name, scene = _scene_name(model, COPIES), f"S{COPIES} {model}"
             made.append(_against(name, scene, "numpy_bezier", level))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lodbench.harness.record.record import GroupRecord, RunRecord, SubjectRecord
-from lodbench.harness.report.compare import LEVEL, compare
+from lodbench.harness.report.compare import LEVEL, compare, confirm
 
 QUALITY = {
     "rms_error": 1e-4, "rms_error_back": 1e-4, "max_error": 1e-3,
@@ -221,6 +221,30 @@ def test_error_larger_by_ten_per_cent_is_found_and_no_other(tmp_path):
     found = compare(measured(tmp_path, 1), measured(tmp_path, 2, worse=["kernel_5"]))
     (row,) = (row for row in found["rows"] if row["verdict"] == "regression")
     assert (row["system"], row["why"]) == ("kernel_5", "rms_error 0.0001 -> 0.00011")
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_time_of_a_disturbed_run_is_not_judged_but_results_are(tmp_path, side):
+    pair = [run(tmp_path, subject(wall=wall), subject("b", wall=wall)) for wall in (1.0, 1.5)]
+    pair[side].groups[0].others = 0.3
+    pair[1].groups[0].subjects["b"].counters = {"triangles": 99}
+    found = compare(*pair)
+    said = [(row["verdict"], row["why"]) for row in found["rows"]]
+    assert said == [("busy", ""), ("regression", "triangles 100 -> 99")]
+    assert (found["busy"], found["regressions"]) == (1, 1)
+
+
+def test_slower_is_what_is_slower_in_every_further_run_too(tmp_path):
+    a, slow, usual = (run(tmp_path, subject(wall=wall), subject("b")) for wall in (1.0, 1.5, 1.0))
+    for again, verdict in (
+        ((), "regression"),
+        ((slow,), "regression"),
+        ((slow, usual), "unconfirmed"),
+    ):
+        found = compare(a, slow)
+        confirm(found, [compare(a, one) for one in again])
+        assert [row["verdict"] for row in found["rows"]] == [verdict, "same"]
+        assert found["regressions"] == (verdict == "regression")
 
 
 def test_so_many_rows_that_no_result_could_be_sure_are_too_few_samples(tmp_path):
