@@ -1,5 +1,6 @@
 """Sphinx: the user guide in Markdown, the interface from docstrings; `make docs` builds it without warnings."""
 
+import json
 from collections import Counter
 from pathlib import Path
 
@@ -38,6 +39,7 @@ def plain_blocks(app, what, name, obj, options, lines):
     lines[:] = found
 
 
+REFERENCE = Path(__file__).parents[1] / "results" / "reference"
 PAPERS = {
     "gmr05": "Boubekeur & Schlick 2005",
     "gems3": "Boubekeur & Schlick 2007, GPU Gems 3",
@@ -51,7 +53,7 @@ def judged(app, page, source):
     """The verdicts of the committed runs, where the page on claims asks for them."""
     if page != "claims":
         return
-    folders = sorted((Path(__file__).parents[1] / "results" / "reference").glob("*/*"))
+    folders = sorted(REFERENCE.glob("*/*"))
     found = verdicts([read_run(folder) for folder in folders])
     counts = Counter(one["verdict"] for one in found)
     lines = [", ".join(f"{count} {word}" for word, count in counts.most_common()) + "."]
@@ -68,6 +70,53 @@ def judged(app, page, source):
     source[0] = source[0].replace("VERDICTS", "\n".join(lines))
 
 
+FAULTS = {
+    "killed": "`kill -9` at a random moment of a run, then resumed",
+    "interrupted": "Ctrl-C at a random moment of a run, then resumed",
+    "full_disk": "the disk full, at sizes from 4 to 32 KiB, then room made and resumed",
+    "read_only": "the results read-only: a new run, a resumed one, a report",
+    "peers": "a peer that crashes (by four signals) or hangs",
+    "broken_kernels": "a kernel that does not build",
+    "little_memory": "a device with memory for nothing, or for little, for each system",
+    "oclgrind": "each system under Oclgrind: invalid accesses, data races, misuse of the API",
+}
+TABLES = {
+    "faults": "Faults",
+    "systems": "Damaged surfaces, by system",
+    "readers": "Damaged files, by reader",
+}
+
+
+def broken(app, page, source):
+    """The record of faults as tables, where the page on them asks for it."""
+    if page != "faults":
+        return
+    record = json.loads((REFERENCE / "faults.json").read_text("utf-8"))
+    lines = []
+    for kind, title in TABLES.items():
+        more = ("ok", "refused") if kind != "faults" else ("while running",)
+        lines += [
+            "",
+            f"## {title}",
+            "",
+            "| | " + " | ".join(("tries", *more, "losses", "commit")) + " |",
+        ]
+        lines.append("| --- |" + " ---: |" * (len(more) + 2) + " --- |")
+        found = record[kind]
+        for name in [one for one in FAULTS if one in found] or sorted(found):
+            one = found[name]
+            counts = [one.get(key.replace(" ", "_")) for key in ("tries", *more)]
+            told = ["" if n is None else f"{n:,}" for n in (*counts, len(one["losses"]))]
+            tells = FAULTS.get(name, f"`{name}`")
+            if "kernels" in one:
+                tells += f" ({one['kernels']} of {one['kernels_written']} kernels run)"
+            lines.append("| " + " | ".join([tells, *told, f"`{one['commit']}`"]) + " |")
+        total = sum(one["tries"] for one in found.values())
+        lost = sum(len(one["losses"]) for one in found.values())
+        lines += ["", f"{total:,} tries, {lost} losses."]
+    source[0] = source[0].replace("FIGURES", "\n".join(lines))
+
+
 def formula(self, node, display):
     """A formula as MathML, which browsers show by themselves: nothing is loaded from elsewhere."""
     self.body.append(convert(node.astext(), display=display))
@@ -78,6 +127,7 @@ def setup(app):
     """Called by Sphinx."""
     app.connect("autodoc-process-docstring", plain_blocks)
     app.connect("source-read", judged)
+    app.connect("source-read", broken)
     app.add_html_math_renderer(
         "mathml",
         (lambda self, node: formula(self, node, "inline"), None),

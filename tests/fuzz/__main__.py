@@ -9,7 +9,7 @@ from pathlib import Path
 from lodbench.datasets_gen.files import write_file
 from lodbench.harness.cli.output import say
 from lodbench.harness.record.environment import commit, now
-from tests.fuzz import faults, targets
+from tests.fuzz import devices, faults, targets
 from tests.fuzz.fuzz import LIMIT_S, fuzz
 
 AT_ONCE = 10  # runs that are stopped, between two looks at what came of them
@@ -103,7 +103,8 @@ def main():
         record.tell("faults", name)
 
     for what in (
-        faults.full_disk, faults.read_only, faults.peers, faults.broken_kernels, faults.little_memory,
+        faults.full_disk, faults.read_only, faults.peers,
+        devices.broken_kernels, devices.little_memory, devices.oclgrind,
     ):  # fmt: skip
         ways[what.__name__] = lambda what=what: once(what.__name__, what)
     for name, try_it in ways.items():

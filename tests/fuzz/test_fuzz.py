@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from tests.fuzz import faults, fuzz, inputs, targets
+from tests.fuzz import devices, faults, fuzz, inputs, targets
 
 SYSTEMS, READERS = targets.names()
 
@@ -123,7 +123,7 @@ def test_rows_that_are_doubled_are_seen():
 
 
 def test_programs_that_do_not_build_name_their_file():
-    assert faults.broken_kernels()["losses"] == []
+    assert devices.broken_kernels()["losses"] == []
 
 
 def test_record_of_faults_has_no_loss():
