@@ -11,7 +11,7 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.stages.scan import ExclusiveScan, chunk_count, chunk_local
 
-FILE = "cluster/within.cl"
+FILES = "cluster/within.cl", "cluster/within_pieces.cl"
 ROUNDING = 4e-7  # of the diagonal: what float32 may add to a distance
 SIDE = 1.8  # of a cell, in roots of a mean triangle's area
 SAFE = 0.99  # of the bound: what corners of the last pieces are held to
@@ -69,7 +69,7 @@ class _Placed:
         self.low, self.high = np.minimum(points.min(axis=0), 0), points.max(axis=0)
         self.points = device.upload("points", points.astype(np.float32))
         self.triangles = device.upload("triangles", mesh.triangles)
-        self.program = device.build(FILE)
+        self.program = device.build(*FILES)
         self.chunks = chunk_count(device, self.count)
         self._grid: dict[str, object] | None = None
 

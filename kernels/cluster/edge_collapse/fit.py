@@ -1,11 +1,12 @@
 """A last step after the collapses: vertices move to where they fit the input best.
 
 What is left is judged by its distance from the input, of which collapses know only the planes of the mesh as it was.
-So centroids of the input's triangles are samples, each goes to the nearest triangle at the vertex that its own went to,
-and each vertex is solved for the heights of the samples of its triangles above these, in 3-D. Its neighbours move at
-the same time: each gets its share of a sample, so that the sum of squares does not rise (Jensen's inequality). Border
-vertices, creases and locked vertices stay, and in each step no vertex moves so far in the plane of a triangle that this
-could turn over. Triangles stay what they are, and so do collapses: the fit is no part of their sequence.
+So points half-way from the centroids of the input's triangles to their corners are samples, each goes to the nearest
+triangle at the vertex that its corner went to, and each vertex is solved for the heights of the samples of its
+triangles above these, in 3-D. Its neighbours move at the same time: each gets its share of a sample, so that the sum
+of squares does not rise (Jensen's inequality). Border vertices, creases and locked vertices stay, and in each step no
+vertex moves so far in the plane of a triangle that this could turn over. Triangles stay what they are, and so do
+collapses: the fit is no part of their sequence.
 
 Source: ours; distances from planes as in Chen & Medioni 1992, as the mesh optimisation of Hoppe et al. 1993 fits
 positions to points.
@@ -29,7 +30,8 @@ FILES = tuple(
     for name in ("fit_sort", "fit_order", "fit_gather", "fit_move")
 )
 ROOM = 2  # times the target: where more triangles are left, or half of all, vertices stay
-EVERY = 2, 1  # of so many samples of a vertex one counts, step by step
+SAMPLES, FEW, MANY = 90, 5, 524_288  # as in fit_sort.cl
+EVERY = 3, 3, 1  # of so many samples of a vertex one counts, step by step
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +65,7 @@ class Fit:
         given, m = to.positions.shape[0], to.triangles.shape[0]
         room = min(ROOM * made.target if made.params.targeted else m, m // 2)
         rows = min(n, 3 * room)
+        samples = min(3 * m, 2 * min(SAMPLES * room, max(FEW * room, MANY)))
         maps, walkers = map_count(device, m)
         self.vertex_map = self.whole_map = made.allocate("vertex_map", n, np.uint32)
         places = [made.allocate("places", (rows, 4), np.float32) for _ in range(2)]
@@ -70,7 +73,7 @@ class Fit:
             "parents": made.parents, "numbers": made.numbers, "points": made.points,
             "positions": to.positions, "triangles": to.triangles, "survivors": made.survivors,
             "counts": made.counts, "vertices": made.vertices_out,
-            "samples": made.allocate("samples", (m, 4), np.float32),
+            "samples": made.allocate("samples", (samples, 4), np.float32),
             "ring": made.allocate("ring", 9 * room, np.uint32),
             "slots": made.allocate("slots", 3 * room, np.uint32),
             "owned": made.allocate("owned", (maps, rows + 1), np.uint32),

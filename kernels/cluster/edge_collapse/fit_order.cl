@@ -4,7 +4,7 @@
 // Work      1-D, one item per chunk of vertices; for devices whose items share a map
 // Reads     counts      uint[2]                   vertices, triangles of the output
 //           owned, met  uint[row_count + 1]       where each vertex's samples and corners end
-// Writes    samples     float4[triangle_count]    in order at each vertex
+// Writes    samples     float4[sample_count]      in order at each vertex
 //           ring        uint[9 * triangles out]
 //           slots       uint[3 * triangles out]   the row of each corner there
 // Needs     common/chunk.cl

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from lodbench.kernels.cluster.edge_collapse.fit import EVERY
+from lodbench.kernels.cluster.edge_collapse.fit import EVERY, FEW, MANY, SAMPLES
 
-SAMPLES, FEW, MANY = 30, 5, 524_288
 STEP, RIDGE, ROOM = 1.5, 1e-3, 0.45
 ALIKE, FOLD, BENT = 1.0001, -0.5, 0.64
 """As in the kernels."""
@@ -34,12 +33,12 @@ def fit(
     """
     places, triangles = result.positions.astype(np.float64), result.triangles
     wanted = min(SAMPLES * len(triangles), max(FEW * len(triangles), MANY))
-    stride = mesh.triangle_count // wanted
-    rows = mesh.triangles[:: stride | 1 if stride else 1]
-    a, b, c = (mesh.positions[rows[:, k]].astype(np.float64) for k in range(3))
-    samples, weights = (a + b + c) / 3, np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    corners = mesh.triangles[:, [[0, 1, 2], [1, 2, 0], [2, 0, 1]]].reshape(-1, 3)
+    corners = corners[:: 3 * mesh.triangle_count // wanted | 1]
+    a, b, c = (mesh.positions[corners[:, k]].astype(np.float64) for k in range(3))
+    samples, weights = (4 * a + b + c) / 6, np.linalg.norm(np.cross(b - a, c - a), axis=1)
     at: list[list[int]] = [[] for _ in places]
-    for number, v in enumerate(vertex_map[rows[:, 0]]):
+    for number, v in enumerate(vertex_map[corners[:, 0]]):
         if v < len(places):
             at[v].append(number)
     for every in EVERY:

@@ -1,5 +1,5 @@
-// Edge collapse, the last stage: triangles of the input by the vertex of the output that they went to, and corners of the
-// output by their vertex.
+// Edge collapse, the last stage: corners of the input by the vertex of the output that they went to, and corners of the
+// output by theirs.
 //
 // Source    none; a counting sort, stable on a CPU, where each item has a map
 // Work      roots, chain: 1-D, one item per chunk of vertices; count, scatter: one per chunk of triangles; starts: one item
@@ -13,7 +13,7 @@
 //           counts      uint[2]                   vertices, triangles of the output
 // Writes    places      float4[row_count]         output vertices, near 1; w: not 0, it stays
 //           vertex_map  uint[given_count]         output vertex of each input vertex
-//           samples     float4[triangle_count]    centroid and area of some input triangles
+//           samples     float4[sample_count]      half-way from the centroid to some input corners, and the area
 //           ring        uint[9 * triangles out]   corners, the vertices next and before
 //           slots       uint[3 * triangles out]   the row of each corner there
 //           owned, met  uint[map_count * (row_count + 1)]   samples and corners of each vertex, in parts; then where they
@@ -22,9 +22,9 @@
 // Plain     cluster/edge_collapse/fit_reference.py
 
 #define FIT_LOCKED 4194304.0f // as in setup.cl
-// triangles of the input that are looked at for one of the output, about; where these are many, so many in all or a few for
+// corners of the input that are looked at for one of the output, about; where these are many, so many in all or a few for
 // each, since samples are what the fit takes its time for
-#define FIT_SAMPLES 30ul
+#define FIT_SAMPLES 90ul
 #define FIT_MANY 524288ul
 #define FIT_FEW 5ul
 
@@ -65,11 +65,11 @@ __kernel void edge_collapse_fit_sort_chain(
     for (uint v = range.x; v < range.y; ++v) vertex_map[v] = first[v] == FIT_NONE ? FIT_NONE : second[first[v]];
 }
 
-// every so many triangles of the input are samples; odd, so that no row of a pattern is met at one place alone
+// every so many corners of the input are samples; odd, so that no row of a pattern is met at one place alone
 static inline uint fit_stride(__global const uint *counts, const uint triangle_count)
 {
     const ulong wanted = min(FIT_SAMPLES * counts[1], max(FIT_FEW * counts[1], FIT_MANY));
-    return wanted >= triangle_count ? 1u : (uint)(triangle_count / max(wanted, 1ul)) | 1u;
+    return (uint)(3ul * triangle_count / max(wanted, 1ul)) | 1u;
 }
 
 __kernel void edge_collapse_fit_sort_count(
@@ -95,9 +95,9 @@ __kernel void edge_collapse_fit_sort_count(
     if (alone)
         for (uint v = 0; v < counts[0]; ++v) owned[v] = met[v] = 0;
     const uint stride = fit_stride(counts, triangle_count);
-    uint2 range = chunk_rows(chunk, chunk_count, (triangle_count + stride - 1) / stride);
+    uint2 range = chunk_rows(chunk, chunk_count, (3 * triangle_count + stride - 1) / stride);
     for (uint s = range.x; s < range.y; ++s) {
-        const uint v = vertex_map[triangles[3 * (size_t)(s * stride)]];
+        const uint v = vertex_map[triangles[(size_t)s * stride]];
         if (v == FIT_NONE) continue;
         if (alone) ++owned[v];
         else atomic_inc(owned + v);
@@ -156,15 +156,15 @@ __kernel void edge_collapse_fit_sort_scatter(
     owned += part;
     met += part;
     const uint stride = fit_stride(counts, triangle_count);
-    uint2 range = chunk_rows(chunk, chunk_count, (triangle_count + stride - 1) / stride);
+    uint2 range = chunk_rows(chunk, chunk_count, (3 * triangle_count + stride - 1) / stride);
     for (uint s = range.x; s < range.y; ++s) {
-        const uint3 row = vload3((size_t)s * stride, triangles);
-        const uint v = vertex_map[row.x];
+        const uint corner = s * stride, u = triangles[corner], v = vertex_map[u];
         if (v == FIT_NONE) continue;
-        const float3 a = vload3(row.x, positions) * prescale, b = vload3(row.y, positions) * prescale - a;
-        const float3 c = vload3(row.z, positions) * prescale - a, n = cross(b, c);
+        const uint2 others = fit_others(corner);
+        const float3 a = vload3(u, positions) * prescale, b = vload3(triangles[others.x], positions) * prescale - a;
+        const float3 c = vload3(triangles[others.y], positions) * prescale - a, n = cross(b, c);
         const uint at = alone ? owned[v]++ : atomic_inc(owned + v);
-        samples[at] = (float4)(a + (b + c) * 0.333333333f, sqrt(dot(n, n)));
+        samples[at] = (float4)(a + (b + c) * 0.166666667f, sqrt(dot(n, n)));
     }
     range = chunk_rows(chunk, chunk_count, 3 * counts[1]);
     for (uint c = range.x; c < range.y; ++c) {
