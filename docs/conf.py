@@ -1,6 +1,7 @@
 """Sphinx: the user guide in Markdown, the interface from docstrings; `make docs` builds it without warnings."""
 
 import json
+import runpy
 from collections import Counter
 from pathlib import Path
 
@@ -39,6 +40,7 @@ def plain_blocks(app, what, name, obj, options, lines):
     lines[:] = found
 
 
+REFERENCE = Path(__file__).parents[1] / "results" / "reference"
 PAPERS = {
     "gmr05": "Boubekeur & Schlick 2005",
     "gems3": "Boubekeur & Schlick 2007, GPU Gems 3",
@@ -52,7 +54,7 @@ def judged(app, page, source):
     """The verdicts of the committed runs, where the page on claims asks for them."""
     if page != "claims":
         return
-    folders = sorted((Path(__file__).parents[1] / "results" / "reference").glob("*/*"))
+    folders = sorted(REFERENCE.glob("*/*"))
     found = verdicts([read_run(folder) for folder in folders])
     counts = Counter(one["verdict"] for one in found)
     lines = [", ".join(f"{count} {word}" for word, count in counts.most_common()) + "."]
@@ -67,9 +69,6 @@ def judged(app, page, source):
                 told = ("published", "measured", "rule", "source")
                 lines += [f"  - {key}: {one[key]}" for key in told if one[key]]
     source[0] = source[0].replace("VERDICTS", "\n".join(lines))
-
-
-REFERENCE = Path(__file__).parents[1] / "results" / "reference"
 
 
 def measured(app, page, source):
@@ -104,6 +103,14 @@ def _drivers(found):
     return "\n".join(lines)
 
 
+def broken(app, page, source):
+    """The record of faults as tables, where the page on them asks for it."""
+    if page == "faults":
+        tables = runpy.run_path(str(Path(__file__).with_name("faults.py")))["tables"]
+        record = json.loads((REFERENCE / "faults.json").read_text("utf-8"))
+        source[0] = source[0].replace("FIGURES", tables(record))
+
+
 def formula(self, node, display):
     """A formula as MathML, which browsers show by themselves: nothing is loaded from elsewhere."""
     self.body.append(convert(node.astext(), display=display))
@@ -115,6 +122,7 @@ def setup(app):
     app.connect("autodoc-process-docstring", plain_blocks)
     app.connect("source-read", judged)
     app.connect("source-read", measured)
+    app.connect("source-read", broken)
     app.add_html_math_renderer(
         "mathml",
         (lambda self, node: formula(self, node, "inline"), None),

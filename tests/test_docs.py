@@ -1,6 +1,7 @@
 """The guide says what is so: its code runs, what it names is there, and its pages are in the table of contents."""
 
 import ast
+import json
 import pkgutil
 import re
 import runpy
@@ -117,3 +118,13 @@ def test_citation_has_what_its_format_asks_for(key):
     version = re.search(r'(?m)^version = "(.+)"', (ROOT / "pyproject.toml").read_text("utf-8"))
     assert version and f"\nversion: {version[1]}\n" in text
     assert f"\n## {version[1]}\n" in (ROOT / "CHANGELOG.md").read_text("utf-8")
+
+
+def test_page_on_faults_has_every_figure_of_the_record():
+    assert "FIGURES" in PAGES["faults"]
+    record = json.loads((ROOT / "results/reference/faults.json").read_text("utf-8"))
+    script = runpy.run_path(str(DOCS / "faults.py"))
+    rows = [line for line in script["tables"](record).splitlines() if line.startswith("| `")]
+    named = set(record["systems"]) | set(record["readers"])
+    assert named == {row.split("`")[1] for row in rows} & named
+    assert set(record["faults"]) <= set(script["FAULTS"])

@@ -9,67 +9,109 @@ from pathlib import Path
 from lodbench.datasets_gen.files import write_file
 from lodbench.harness.cli.output import say
 from lodbench.harness.record.environment import commit, now
-from tests.fuzz import faults, targets
+from tests.fuzz import devices, faults, targets
 from tests.fuzz.fuzz import LIMIT_S, fuzz
 
 AT_ONCE = 10  # runs that are stopped, between two looks at what came of them
 RECORD = Path(__file__).parents[2] / "results/reference/faults.json"
+COUNTS = ("tries", "ok", "refused", "while_running", "kernels")
+
+
+def options():
+    found = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
+    found.add_argument("--inputs", type=int, default=10_000, help="per system and reader")
+    found.add_argument("--stops", type=int, default=100, help="runs killed, and runs interrupted")
+    found.add_argument("--seed", type=int, default=0)
+    found.add_argument("--only", nargs="*", default=[], help="of these systems, readers, faults")
+    found.add_argument("--resume", action="store_true", help="count what the record has already")
+    found.add_argument("--out", type=Path, default=RECORD)
+    return found.parse_args()
+
+
+class Record:
+    """The file of figures, written anew after each part of them."""
+
+    def __init__(self, path, resume):
+        self.path, self.resume, self.lost = path, resume, {}
+        self.found = json.loads(path.read_text("utf-8")) if path.exists() else {}
+        self.commit, self.dirty = commit()
+
+    def before(self, kind, name):
+        """What there is of this already, where that counts."""
+        return self.found.get(kind, {}).get(name, {}) if self.resume else {}
+
+    def keep(self, kind, name, result, before=None):
+        """Write a result down, with every commit that has a share in it."""
+        commits = [one for one in (before or {}).get("commit", "").split(", ") if one]
+        about = {"commit": ", ".join(dict.fromkeys([*commits, self.commit])), "when": now()}
+        about["dirty"] = self.dirty or (before or {}).get("dirty", False)
+        self.found.setdefault(kind, {})[name] = {**result, **about}
+        self.lost[name] = len(result["losses"])
+        write_file(self.path, json.dumps(self.found, indent=1, sort_keys=True) + "\n")
+
+    def tell(self, kind, name):
+        result = self.found[kind][name]
+        said = ", ".join(f"{result[key]:,} {key}" for key in COUNTS if key in result)
+        say(f"{kind}: {name}: {said}, {self.lost[name]} lost {result.get('skipped', '')}".strip())
+
+
+def fed(record, kind, name, given):
+    """Damaged inputs for a system or a reader."""
+    before = record.before(kind, name)
+    if before.get("tries", 0) < given.inputs:
+        counts = {
+            key: before[key] for key in ("tries", "ok", "refused", "losses", "seconds") if before
+        }
+        fuzz(
+            name, given.inputs, given.seed, LIMIT_S, lambda text: say(text, err=True), before=counts,
+            keep=lambda result: record.keep(kind, name, {**result, "seed": given.seed}, before),
+        )  # fmt: skip
+        record.tell(kind, name)
+
+
+def stopped(record, name, number, given):
+    """Runs that get a signal, `AT_ONCE` at a time."""
+    before = record.before("faults", name)
+    counts = ("tries", "while_running", "losses")
+    found = (
+        {key: before[key] for key in counts}
+        if before
+        else dict(zip(counts, (0, 0, []), strict=True))
+    )
+    while found["tries"] < given.stops:
+        more = min(AT_ONCE, given.stops - found["tries"])
+        part = faults.stopped(more, number, given.seed + found["tries"])
+        found = {key: found[key] + part[key] for key in counts}
+        record.keep("faults", name, found, before)
+        record.tell("faults", name)
 
 
 def main():
-    """Try it, write what came of it after each target, and end with 1 where something was lost."""
-    options = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
-    options.add_argument("--inputs", type=int, default=10_000, help="per system and reader")
-    options.add_argument("--stops", type=int, default=100, help="runs killed, and runs interrupted")
-    options.add_argument("--seed", type=int, default=0)
-    options.add_argument("--only", nargs="*", default=[], help="of these systems, readers, faults")
-    options.add_argument("--out", type=Path, default=RECORD)
-    given = options.parse_args()
-    record = json.loads(given.out.read_text("utf-8")) if given.out.exists() else {}
-    short, dirty = commit()
-    lost = {}
-
-    def keep(kind, name, result):
-        lost[name] = len(result["losses"])
-        about = {"commit": short, "dirty": dirty, "when": now()}
-        record.setdefault(kind, {})[name] = {**result, **about}
-        write_file(given.out, json.dumps(record, indent=1, sort_keys=True) + "\n")
-        said = ", ".join(
-            f"{v:,} {k}" for k, v in result.items() if isinstance(v, int) and k != "seed"
-        )
-        say(
-            f"{kind}: {name}: {said}, {len(result['losses'])} lost {result.get('skipped', '')}".strip()
-        )
-
-    for kind, names in zip(("systems", "readers"), targets.names(), strict=True):
-        for name in names:
-            if not given.only or name in given.only:
-                found = fuzz(
-                    name, given.inputs, given.seed, LIMIT_S, lambda text: say(text, err=True)
-                )
-                keep(kind, name, {**found, "seed": given.seed})
-    for name, number in (("killed", signal.SIGKILL), ("interrupted", signal.SIGINT)):
-        if not given.only or name in given.only:
-            found = {"tries": 0, "while_running": 0, "losses": []}
-            while (
-                found["tries"] < given.stops
-            ):  # written down now and then: all of them take an hour
-                more = min(AT_ONCE, given.stops - found["tries"])
-                part = faults.stopped(more, number, given.seed + found["tries"])
-                found = {key: found[key] + part[key] for key in found}
-                keep("faults", name, found)
-    tried = {
-        "full_disk": faults.full_disk,
-        "read_only": faults.read_only,
-        "peers": faults.peers,
-        "broken_kernels": faults.broken_kernels,
-        "little_memory": faults.little_memory,
+    """Try it, write what came of it after each part, and end with 1 where something was lost."""
+    given = options()
+    record = Record(given.out, given.resume)
+    ways = {
+        name: lambda name=name, kind=kind: fed(record, kind, name, given)
+        for kind, names in zip(("systems", "readers"), targets.names(), strict=True)
+        for name in names
     }
-    for name, what in tried.items():
+    for name, number in (("killed", signal.SIGKILL), ("interrupted", signal.SIGINT)):
+        ways[name] = lambda name=name, number=number: stopped(record, name, number, given)
+
+    def once(name, what):
+        record.keep("faults", name, what())
+        record.tell("faults", name)
+
+    for what in (
+        faults.full_disk, faults.read_only, faults.peers,
+        devices.broken_kernels, devices.little_memory, devices.oclgrind,
+    ):  # fmt: skip
+        ways[what.__name__] = lambda what=what: once(what.__name__, what)
+    for name, try_it in ways.items():
         if not given.only or name in given.only:
-            keep("faults", name, what())
-    say(f"{sum(lost.values())} lost: {given.out}")
-    return 1 if any(lost.values()) else 0
+            try_it()
+    say(f"{sum(record.lost.values())} lost: {given.out}")
+    return 1 if any(record.lost.values()) else 0
 
 
 if __name__ == "__main__":

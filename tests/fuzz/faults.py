@@ -13,24 +13,21 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 from contextlib import contextmanager
 from pathlib import Path
 
-from lodbench.datasets_gen.patches import cup
-from lodbench.datasets_gen.surfaces import BezierPatches, TriangleMesh
-from lodbench.datasets_gen.triangles import icosphere
-from lodbench.harness.plan.registry import systems
+from lodbench.harness.__main__ import main
+from lodbench.harness.cli import interrupt, reproduce
 from lodbench.harness.record.record import read_rows
 from lodbench.harness.record.samples import rows_file
-from lodbench.kernels.opencl import Device, DeviceError
-from lodbench.kernels.opencl.driver import Unsupported
-from lodbench.kernels.system import run
-from tests.fuzz.targets import check_mesh
+from tests.harness.fake import install
 
 ROOT = Path(__file__).parents[2]
 SECONDS = "0.002"  # of a fake frame
 TIMED = ("wall_s", "ratio_to_", "status", "reason")  # columns that depend on time
 LIMIT_S = 900  # of a run of seconds: the machine may be busy with something else
+FROM_THE_START = 5  # of so many runs that are killed, one begins with Python; the others are forks
 
 
 def lodbench(*words):
@@ -39,6 +36,63 @@ def lodbench(*words):
         [sys.executable, "-m", "tests.harness.fake_main", SECONDS, *map(str, words)],
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
+
+
+IMPORTED = reproduce  # before the forks are made
+
+
+class Forked:
+    """The same command in a fork of this process, which has imported everything: most of a short run is imports."""
+
+    def __init__(self, *words):
+        self.returncode, self.said = None, tempfile.TemporaryFile()
+        self.pid = os.fork()
+        if not self.pid:
+            _command(words, self.said.fileno())
+
+    def poll(self):
+        if self.returncode is None:
+            pid, status = os.waitpid(self.pid, os.WNOHANG)
+            if pid:
+                self.returncode = os.waitstatus_to_exitcode(status)
+        return self.returncode
+
+    def send_signal(self, number):
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def kill(self):
+        self.send_signal(signal.SIGKILL)
+
+    def communicate(self, timeout=LIMIT_S):
+        until = time.monotonic() + timeout
+        while self.poll() is None:
+            if time.monotonic() > until:
+                raise subprocess.TimeoutExpired("lodbench", timeout)
+            time.sleep(0.01)
+        self.said.seek(0)
+        return "", self.said.read().decode(errors="replace")
+
+
+def _command(words, said):
+    """What the fork does, to its end."""
+    code = 1
+    try:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        os.dup2(said, 2)
+        sys.stdout, sys.stderr = open(1, "w"), open(2, "w", buffering=1)
+        interrupt.install()
+        install(seconds=float(SECONDS))
+        sys.argv[1:] = map(str, words)
+        code = main()
+    except SystemExit as end:
+        code = end.code
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(int(code or 0))
 
 
 def ended(process):
@@ -51,8 +105,8 @@ def ended(process):
         return f"no end within {LIMIT_S} s\nkilled"
 
 
-def measure(folder, *words):
-    return lodbench("reproduce", "--samples", "3", "--quiet", "--out", folder, *words)
+def measure(folder, *words, begin=lodbench):
+    return begin("reproduce", "--samples", "3", "--quiet", "--out", folder, *words)
 
 
 def rows(folder):
@@ -80,9 +134,10 @@ def doubled(found):
     return [key for key, count in (*keys.items(), *ends.items()) if count > 1]
 
 
-def resumed(folder, before, whole):
+def resumed(folder, before, whole, begin=lodbench):
     """What is wrong with a run that is resumed to its end; "" if nothing is."""
-    process = measure(folder, "--resume") if (folder / "run.json").exists() else measure(folder)
+    more = ["--resume"] if (folder / "run.json").exists() else []
+    process = measure(folder, *more, begin=begin)
     error = ended(process)
     if process.returncode:
         return f"resume ended with {process.returncode}: {error}"
@@ -95,18 +150,25 @@ def resumed(folder, before, whole):
 
 
 def stopped(tries, number, seed=0):
-    """Runs that get signal `number` at random moments, then are resumed; also of those that had ended already."""
+    """Runs that get signal `number` at random moments, then are resumed; some of them had ended already."""
     rng = random.Random(seed)
     losses = []
     with tempfile.TemporaryDirectory() as parent:
-        start = time.monotonic()
-        measure(Path(parent, "whole")).communicate(timeout=LIMIT_S)
-        seconds, whole = time.monotonic() - start, table(Path(parent, "whole"))
-        in_time = 0
+        seconds, in_time = {}, 0
+        for begin in (lodbench, Forked):
+            start, folder = time.monotonic(), Path(parent, begin.__name__)
+            measure(folder, begin=begin).communicate(timeout=LIMIT_S)
+            seconds[begin], whole = time.monotonic() - start, table(folder)
         for number_of in range(tries):
             folder = Path(parent, str(number_of))
-            process = measure(folder)
-            time.sleep(rng.uniform(0, 1.05 * seconds))
+            whole_process = number == signal.SIGKILL and number_of % FROM_THE_START == 0
+            begin = lodbench if whole_process else Forked
+            process = measure(folder, begin=begin)
+            start, moment = time.monotonic(), rng.uniform(0, 1.05 * seconds[begin])
+            while process.poll() is None and time.monotonic() - start < moment:
+                time.sleep(0.002)
+            if process.poll() is not None:  # the first was measured while the machine was busier
+                seconds[begin] = min(seconds[begin], time.monotonic() - start)
             in_time += process.poll() is None
             process.send_signal(number)
             error = ended(process)
@@ -115,7 +177,7 @@ def stopped(tries, number, seed=0):
                 wrong = f"ended with {process.returncode}: {error[:300]}"
             elif number == signal.SIGINT and len(error.splitlines()) > 1:
                 wrong = f"said more than a line: {error[:300]}"
-            if wrong := wrong or resumed(folder, rows(folder), whole):
+            if wrong := wrong or resumed(folder, rows(folder), whole, Forked):
                 losses.append(wrong)
             shutil.rmtree(folder, ignore_errors=True)
     return {"tries": tries, "while_running": in_time, "losses": losses}
@@ -222,57 +284,3 @@ def peers(signals=("SIGSEGV", "SIGABRT", "SIGKILL", "SIGFPE", "hang")):
             if said["quadric_clustering"]["status"] != "ok":
                 losses.append(f"{name}: {said['quadric_clustering']}")
     return {"tries": len(signals), "losses": losses}
-
-
-BROKEN = (
-    "float f(float x) { return y; }",
-    "}",
-    "#error no",
-    "float f(",
-    "__kernel void f(int *a) { a->b = 3; }",
-    '#include "gone.h"',
-)
-
-
-def broken_kernels():
-    """Programs that do not build: an error that names the file and the line, and the device goes on."""
-    device, losses = Device.open(), []
-    with tempfile.TemporaryDirectory() as folder:
-        for number, text in enumerate(BROKEN):
-            path = Path(folder, f"broken_{number}.cl")
-            path.write_text(text)
-            try:
-                device.build(path)
-                losses.append(f"{text!r} was built")
-            except DeviceError as error:
-                if path.name not in str(error):
-                    losses.append(f"{text!r}: no word of its file: {str(error)[:200]}")
-            except Exception as error:
-                losses.append(f"{text!r}: {type(error).__name__}: {str(error)[:200]}")
-    return {"tries": len(BROKEN), "losses": losses}
-
-
-def little_memory(limits=(0, 100, 10_000, 100_000, 1_000_000)):
-    """Systems on a device without memory for them: refused by what is lacking, or run in parts."""
-    losses, tries = [], 0
-    whole = Device.open()
-    given = {TriangleMesh: icosphere(4), BezierPatches: cup()}
-    for name, system in systems().items():
-        surface = next((one for kind, one in given.items() if kind in system.takes), None)
-        if system.runs_on != "device" or surface is None:
-            continue
-        for limit in limits:
-            tries += 1
-            device = Device(whole.handle, memory_limit=limit)
-            try:
-                prepared = system.prepare(device, surface, next(iter(system.cases.values())))
-                run(device, prepared)
-                for mesh in prepared.result():
-                    check_mesh(mesh)
-            except (Unsupported, MemoryError):
-                pass
-            except Exception as error:
-                losses.append(
-                    f"{name} with {limit} bytes: {type(error).__name__}: {str(error)[:200]}"
-                )
-    return {"tries": tries, "losses": losses}

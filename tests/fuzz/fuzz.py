@@ -14,6 +14,7 @@ ROOT = Path(__file__).parents[2]
 LIMIT_S = 60.0  # of processor time for one input; the first builds kernels
 PATIENCE = 10  # limits of wall time, for what waits without working, or on a machine that is busy with something else
 MOST_LOSSES = 20  # of a target: what comes after has been said
+PART = 500  # inputs between two looks at what came of them
 
 
 def _lines(process, found):
@@ -28,17 +29,25 @@ def fuzz(
     seed=0,
     limit_s=LIMIT_S,
     say=lambda text: None,
-    module="tests.fuzz.worker",
     patience=PATIENCE,
+    before=None,
+    keep=lambda result: None,
 ):
-    """What came of `count` inputs of a target.
+    """What came of `count` inputs of a target, with those that an earlier run had tried: its result is `before`.
+
+    `keep` gets the result so far now and then. Each process draws other inputs, by the number of those before it.
 
     Returns:
         `tries`, `ok`, `refused`, `seconds`, and `losses`, each with its `kind` (crash, hang, wrong, fault), what was
         `said`, and the `input`.
     """
-    result = {"tries": 0, "ok": 0, "refused": 0, "losses": []}
-    start, restarts = time.monotonic(), 0
+    result = {"tries": 0, "ok": 0, "refused": 0, "losses": [], "seconds": 0.0, **(before or {})}
+    start = time.monotonic() - result["seconds"]
+
+    def so_far():
+        result["seconds"] = round(time.monotonic() - start, 1)
+        keep(result)
+
     while result["tries"] < count and len(result["losses"]) < MOST_LOSSES:
         words = [
             sys.executable,
@@ -46,7 +55,7 @@ def fuzz(
             "tests.fuzz.worker",
             name,
             str(count - result["tries"]),
-            str(seed + 1000 * restarts),
+            str(seed + result["tries"]),
         ]
         process = subprocess.Popen(
             words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -54,7 +63,7 @@ def fuzz(
         found = queue.Queue()
         reader = threading.Thread(target=_lines, args=(process, found), daemon=True)
         reader.start()
-        ended = _follow(process, result, found, limit_s, patience)
+        ended = _follow(process, result, found, limit_s, patience, so_far)
         process.kill()
         error = (process.communicate()[1] or "").strip().splitlines()
         if ended == "end" or ended is None:
@@ -65,9 +74,8 @@ def fuzz(
         del loss["open"]
         if loss["kind"] == "crash":
             loss["said"] = f"exit {process.returncode} {' '.join(error[-1:])}".strip()
-        restarts += 1
         say(f"{name}: {loss['kind']} {loss['said']}")
-    result["seconds"] = round(time.monotonic() - start, 1)
+    so_far()
     return result
 
 
@@ -79,7 +87,7 @@ def _cpu_s(process):
         return 0.0
 
 
-def _follow(process, result, found, limit_s, patience):
+def _follow(process, result, found, limit_s, patience, so_far):
     """Count what a worker says until it ends; "end" where it came to its end, else the last loss is left open."""
     given, ready = None, False
     worked, waited = 0.0, 0
@@ -114,5 +122,7 @@ def _follow(process, result, found, limit_s, patience):
                 kind, _, said = rest.partition(" ")
                 result["losses"].append({"kind": kind, "said": said, "input": given})
             given = None
+            if result["tries"] % PART == 0:
+                so_far()
         elif word == "end":
             return "end"

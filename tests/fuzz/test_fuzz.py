@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
-from tests.fuzz import faults, fuzz, inputs, targets
+from tests.fuzz import devices, faults, fuzz, inputs, targets
 
 SYSTEMS, READERS = targets.names()
 
@@ -90,13 +90,28 @@ def test_worker_that_hangs_or_crashes_is_a_loss_and_the_next_goes_on(monkeypatch
     assert (loss["kind"], loss["input"]) == (name, {"n": 2})
 
 
-def _fuzzed(monkeypatch, name):
+def test_tries_of_an_earlier_run_count_and_results_are_kept_meanwhile(monkeypatch):
+    before, kept = {"tries": 3, "ok": 2, "refused": 1, "losses": [], "seconds": 5.0}, []
+    monkeypatch.setattr(fuzz, "PART", 2)
+    result = _fuzzed(monkeypatch, "fine", before=before, keep=lambda now: kept.append(now["tries"]))
+    assert (result["tries"], result["ok"], result["refused"]) == (4, 3, 1)
+    assert kept == [4, 4]
+    assert result["seconds"] >= 5
+
+
+def test_command_in_a_fork_ends_as_the_command_does(tmp_path):
+    done = faults.measure(tmp_path / "run", "--no-such-option", begin=faults.Forked)
+    assert len(faults.ended(done).splitlines()) == 1
+    assert done.returncode == 2
+
+
+def _fuzzed(monkeypatch, name, **options):
     popen = fuzz.subprocess.Popen
     monkeypatch.setattr(
         fuzz.subprocess, "Popen",
-        lambda words, **options: popen([sys.executable, "-c", WORKER, *words[3:]], **options),
+        lambda words, **given: popen([sys.executable, "-c", WORKER, *words[3:]], **given),
     )  # fmt: skip
-    return fuzz.fuzz(name, 4, limit_s=3.0, patience=1)
+    return fuzz.fuzz(name, 4, limit_s=3.0, patience=1, **options)
 
 
 def test_rows_that_are_doubled_are_seen():
@@ -108,7 +123,7 @@ def test_rows_that_are_doubled_are_seen():
 
 
 def test_programs_that_do_not_build_name_their_file():
-    assert faults.broken_kernels()["losses"] == []
+    assert devices.broken_kernels()["losses"] == []
 
 
 def test_record_of_faults_has_no_loss():

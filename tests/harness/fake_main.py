@@ -2,8 +2,11 @@
 
 import sys
 
-from lodbench.harness.cli.app import main
-from tests.harness.fake import install
+from lodbench.harness.__main__ import main
+from lodbench.harness.cli import interrupt
 
-install(seconds=float(sys.argv[1]))
-sys.exit(main(sys.argv[2:]))
+interrupt.install()  # before the rest is imported, as `lodbench` does
+from tests.harness.fake import install  # noqa: E402
+
+install(seconds=float(sys.argv.pop(1)))
+sys.exit(main())
