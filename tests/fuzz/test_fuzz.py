@@ -175,6 +175,23 @@ def test_record_of_faults_has_no_loss():
                 "whole": 1,
             },
         ),
+        # a triangle and its back: closed and of genus 0, and no tetrahedron to begin with
+        (
+            "quadtree_lod",
+            {
+                "surface": {
+                    "kind": "soup",
+                    "seed": 731,
+                    "triangles": 2,
+                    "vertices": 4,
+                    "exponent": 2,
+                    "offset": 1e6,
+                    "damages": [],
+                },
+                "case": "full",
+                "size": 0,
+            },
+        ),
         ("nurbs.stp", {"edits": [["number", 45596, 872]], "whole": 0}),
         (
             "nurbs.stp",

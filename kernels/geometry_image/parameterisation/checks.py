@@ -121,11 +121,15 @@ def require_sphere(mesh: TriangleMesh) -> tuple[Points, Faces, NDArray[np.int64]
         positions (n, 3) float64, triangles (m, 3) int64, and which of the mesh's vertices were kept, (n,).
 
     Raises:
-        NotSpherical: open, non-manifold or misoriented edges, several components, another genus, or no area.
+        NotSpherical: open, non-manifold or misoriented edges, several components, another genus, a triangle
+            and its back alone, or no area.
     """
     found = topology(mesh.triangles)
-    if found.faults or not mesh.triangle_count:
-        what = "; ".join(found.faults) if mesh.triangle_count else "no triangles"
+    faults = found.faults if mesh.triangle_count else ["no triangles"]
+    if found.vertices == 3 and not faults:
+        faults = ["a triangle and its back, without volume"]
+    if faults:
+        what = "; ".join(faults)
         raise NotSpherical(
             f"faces: expected one closed, oriented surface of genus 0 (Euler number 2), got {what}"
         )
