@@ -193,7 +193,8 @@ def _rises(params: AdaptiveParams, asked: Wished) -> Doubles:
     of_cells = place_rises(asked.wishes, asked.rises, rings, asked.held.astype(np.int64))
     level = params.base + DEEPEST
     found = np.zeros((len(of_cells) // 4**params.base, side_vertices(level) ** 2))
-    found[:, cell_samples(level)] = of_cells.reshape(len(found), -1, of_cells[0].size)
+    samples = int(np.prod(of_cells.shape[1:]))
+    found[:, cell_samples(level)] = of_cells.reshape(len(found), 4**params.base, samples)
     return found
 
 

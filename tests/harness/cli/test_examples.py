@@ -55,7 +55,7 @@ def test_examples_run_as_they_stand(tmp_path, monkeypatch, capfd):
             if words == "reproduce":  # minutes
                 fake.install(patch.setattr)
             if words == "guard":  # which says nothing of time where others are at work
-                patch.setattr("lodbench.harness.report.guard.NOISY_OTHERS", 2.0)
+                patch.setattr("lodbench.harness.report.compare.NOISY_OTHERS", 2.0)
             if words == "compare":  # of two runs, made before and after a change
                 shutil.copytree("run_a", "run_b")
             quick = LESS["run"] if words == "run" else ""
