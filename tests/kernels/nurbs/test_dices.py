@@ -164,7 +164,7 @@ def test_the_killeroo_is_open_where_its_surfaces_share_nothing(device, data_fold
     assert len(middles) and cKDTree(alone).query(middles)[0].max() <= 5e-3 * diagonal(model)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(models(), st.integers(0, 9999), st.sampled_from(["adaptive", "non_uniform"]))
 def test_random_surfaces_are_cut_where_float64_says(device, model, seed, sampling):
     way = np.random.default_rng(seed).normal(size=3)
