@@ -86,10 +86,11 @@ def _compared(found):
     return (
         f"The same code was compared {same['comparisons']} times, in processes of their own: {same['alarms']} alarms "
         f"({same['alarms_of_one_run']} before a second run was asked to confirm them), at a level of "
-        f"{found['level']:.0%} for each comparison. A kernel that does an eighth of its items twice, so that the frame takes "
-        f"about a tenth more time, was found {slower['found']} of {slower['tries']} times ({times}), with {slower['others']} alarms on other rows; an error a tenth larger "
-        f"{worse['found']} of {worse['tries']} times, with {worse['others']}. On {found['cpu']}, {found['driver']}, "
-        f"commit {found['commit']}{', with changes not committed' if found['dirty'] else ''}."
+        f"{found['level']:.0%} for each comparison. A kernel that does an eighth of its items twice, so that the "
+        f"frame takes about a tenth more time, was found {slower['found']} of {slower['tries']} times ({times}), with "
+        f"{slower['others']} alarms on other rows; an error a tenth larger {worse['found']} of {worse['tries']} times, "
+        f"with {worse['others']}. On {found['cpu']}, {found['driver']}, commit {found['commit']}"
+        f"{', with changes not committed' if found['dirty'] else ''}."
     )
 
 
