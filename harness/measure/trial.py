@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import psutil
 
@@ -206,7 +206,12 @@ class Trial:
             self.mesh = meshes[0] if meshes else None
 
 
-@lru_cache(maxsize=4)
+_views: WeakKeyDictionary[Any, dict[tuple[int, int], View]] = WeakKeyDictionary()
+
+
 def _whole(surface: Any, size: tuple[int, int]) -> View:
-    """The view of all of a surface, which every subject of a group is drawn from."""
-    return mesh_view(finest(surface), size=size)
+    """The view of all of a surface, which every subject of a group is drawn from; kept no longer than the surface."""
+    known = _views.setdefault(surface, {})
+    if size not in known:
+        known[size] = mesh_view(finest(surface), size=size)
+    return known[size]
