@@ -135,18 +135,15 @@ def tables_of(model: NurbsModel, grids: Sequence[Grid]) -> Tables:
     )
 
 
-def tiles_of(grids: Sequence[Grid], columns: int, vertices: int) -> NDArray[np.uint32]:
-    """Grids cut evenly into tiles of at most so many columns and about as many vertices, (n, 5) uint32.
+def tiles_of(grids: Sequence[Grid], vertices: int) -> NDArray[np.uint32]:
+    """Grids cut evenly into tiles of whole rows, about so many vertices each, (n, 3) uint32.
 
-    Each is a surface's number, the first row, how many rows, the first column, how many columns.
+    Each is a surface's number, the first row, how many rows.
     """
-    found = [np.zeros((0, 5), np.int64)]
+    found = [np.zeros((0, 3), np.int64)]
     for s, grid in enumerate(grids):
-        across = _cut(grid.columns, -(-grid.columns // columns))
-        down = _cut(grid.rows, -(-grid.rows * int(across[:, 1].max()) // vertices))
-        tiles = np.zeros((len(down), len(across), 5), np.int64)
-        tiles[..., 0], tiles[..., 1:3], tiles[..., 3:] = s, down[:, None], across
-        found.append(tiles.reshape(-1, 5))
+        down = _cut(grid.rows, -(-grid.rows * grid.columns // vertices))
+        found.append(np.column_stack([np.full(len(down), s), down]))
     return np.concatenate(found).astype(np.uint32)
 
 

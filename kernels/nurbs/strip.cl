@@ -3,8 +3,8 @@
 //
 // Source    Concheiro 2013, section 6.2, in the order of a tensor product: what is left for a row is the same for each of
 //           its floats, wherever spans of v end
-// Work      1-D, one item per tile: some columns of some rows of a surface's grid
-// Reads     tiles      uint [5 * tile_count]      surface, first row, rows, first column, columns
+// Work      1-D, one item per tile: some rows of a surface's grid
+// Reads     tiles      uint [3 * tile_count]      surface, first row, rows
 //           surfaces   uint [16 * surface_count]  as nurbs/surface.cl has them
 //           samples    uint [4 * samples]         as nurbs/surface.cl has them
 //           weights    float[15 * stride]         as nurbs/basis.cl writes them; eight more than samples
@@ -12,13 +12,13 @@
 // Writes    positions  float[3 * vertices]        packed; surface after surface, v fastest
 // Needs     nurbs/surface.cl
 // Plain     nurbs/reference.py
-// Defines   TILE_COLUMNS (most columns of a tile), NORMALS (0), RATIONAL (0), STREAMING (0)
+// Defines   TILE_COLUMNS (most columns of a grid), NORMALS (0), RATIONAL (0), STREAMING (0)
 
 #pragma OPENCL FP_CONTRACT OFF
 
 #define STRIP_ROWS 8 // control rows that a span of degree 7 has
 #define STRIP_FLOATS ((3 * TILE_COLUMNS + 39) & ~15) // whole vectors are stored, the last one past the end
-#define TILE_WORDS 5
+#define TILE_WORDS 3
 
 // x y z x y z ... of each column of a tile
 typedef struct __attribute__((aligned(64))) {
@@ -54,12 +54,12 @@ static inline __attribute__((always_inline)) void nurbs_strip_span(nurbs_strip_r
     }
 }
 
-// control row c at `columns` columns from number `column` on
+// control row c at all columns
 static inline void nurbs_strip_row(nurbs_strip_rows *strip, const nurbs_surface *surface, const nurbs_tables *tables,
-    const uint c, const uint column, const uint columns)
+    const uint c, const uint columns)
 {
     for (uint j = 0, count; j < columns; j += count) {
-        const uint sample = surface->sample_v + column + j, stride = tables->stride, q = surface->q;
+        const uint sample = surface->sample_v + j, stride = tables->stride, q = surface->q;
         const uint4 at = vload4(sample, tables->samples);
         __global const float *net = tables->controls + 4 * (surface->control + c * surface->control_columns + at.x);
         __global const float *weights = tables->weights + sample;
@@ -71,7 +71,7 @@ static inline void nurbs_strip_row(nurbs_strip_rows *strip, const nurbs_surface 
 
 // the control rows of the span of u that begins with row `first`; what the span before had is kept
 static inline void nurbs_strip_to(nurbs_strip_rows *strip, const nurbs_surface *surface, const nurbs_tables *tables,
-    const uint first, const uint column, const uint columns)
+    const uint first, const uint columns)
 {
     float *row = strip->points[first % STRIP_ROWS];
     if (strip->first == first) return;
@@ -82,7 +82,7 @@ static inline void nurbs_strip_to(nurbs_strip_rows *strip, const nurbs_surface *
     }
     strip->first = first;
     for (; strip->end <= first + surface->p; ++strip->end)
-        nurbs_strip_row(strip, surface, tables, strip->end, column, columns);
+        nurbs_strip_row(strip, surface, tables, strip->end, columns);
     for (uint f = 0; f < 3 * columns; f += 8)
         vstore8(vload8(0, row + f) + vload8(0, strip->origin + f), 0, strip->base + f);
 }
@@ -138,17 +138,18 @@ __kernel void nurbs_strip(
     if (get_global_id(0) >= tile_count) return;
 
     __global const uint *tile = tiles + TILE_WORDS * get_global_id(0);
-    const uint row = tile[1], rows = tile[2], column = tile[3], columns = tile[4];
+    const uint row = tile[1], rows = tile[2];
     const nurbs_tables tables = {samples, weights, controls, 0, 0, 0, stride};
     nurbs_surface surface;
     nurbs_surface_of(&surface, surfaces + SURFACE_WORDS * tile[0]);
+    const uint columns = surface.columns;
     nurbs_strip_rows strip;
     strip.first = UINT_MAX, strip.end = 0;
     for (uint k = 0; k < TILE_COLUMNS + 8; ++k) vstore3(surface.origin, k, strip.origin);
     for (uint i = row; i < row + rows; ++i) {
         const uint sample = surface.sample_u + i;
-        __global float *out = positions + 3 * (surface.first_vertex + (size_t)i * surface.columns + column);
-        nurbs_strip_to(&strip, &surface, &tables, samples[4 * sample], column, columns);
+        __global float *out = positions + 3 * (surface.first_vertex + (size_t)i * columns);
+        nurbs_strip_to(&strip, &surface, &tables, samples[4 * sample], columns);
         if (surface.p == 3) nurbs_strip_points(out, &strip, weights + sample, stride, 3, columns);
         else nurbs_strip_points(out, &strip, weights + sample, stride, surface.p, columns);
     }

@@ -14,8 +14,8 @@ LONG_CHUNK, LONG_GROUP = 1024, 2
 """Vertices of a work-item on a CPU, and work-items of a group: a chunk begins by finding its surface and row, and a cut
 run of vertices is two. Not where stores go past the caches, for which each work-item holds its whole chunk."""
 TILE_COLUMNS = 256
-"""Most columns of a tile, so that what it sums of its control rows stays in a core's first cache. A wider grid is
-not cut: its tiles' rows would lie pages apart, which took a third more time than row after row."""
+"""Most columns of a grid that has tiles, so that what it sums of its control rows stays in a core's first cache.
+Wider grids have none: cut across, rows of tiles lie pages apart, which took a third more time than row after row."""
 TILE_VERTICES, TILES = (1024, 65536), 16
 """Least and most vertices of a tile, few enough to have so many tiles."""
 
@@ -49,7 +49,7 @@ def _strips(subject: Any, defines: dict[str, int]) -> Launch:
     least, most = TILE_VERTICES
     vertices = min(max(subject.vertices // TILES, least), most)
     with subject.setup.host("upload"):
-        table = tiles_of(subject.grids, TILE_COLUMNS, vertices)
+        table = tiles_of(subject.grids, vertices)
         tiles = subject.upload("tiles", table, np.uint32, role="pattern")
     kept = {name: defines[name] for name in ("NORMALS", "RATIONAL", "STREAMING")}
     with subject.setup.host("build"):
