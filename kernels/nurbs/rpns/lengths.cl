@@ -15,6 +15,8 @@
 #define LOW 0 // places
 #define MIDDLE 2
 #define HIGH 4
+#define ALONG_V 0 // which way curves go
+#define ALONG_U 1
 #define PLACES 5
 #define NEAREST_W 1e-20f // in front of the eye
 
@@ -72,30 +74,22 @@ static inline __attribute__((always_inline)) fours8 rpns_measured(const screen8 
     return found;
 }
 
-// of the curves along u at a place of v
-static inline __attribute__((always_inline)) fours8 rpns_along_u(const screen8 *net, __global const float *five,
-    __global const float *places, const uint stride, const uint place, const uint p, const uint q, const float side, const float finest)
+// of the curves along u at a place of v, or along v at a place of u
+static inline __attribute__((always_inline)) fours8 rpns_along(const screen8 *net, __global const float *five,
+    __global const float *places, const uint stride, const bool by_u, const uint place, const uint p, const uint q,
+    const float side, const float finest)
 {
+    const uint along = by_u ? p : q, across = by_u ? q : p, row = by_u ? 8 : 1, column = by_u ? 1 : 8;
     screen8 curve[8];
-    for (uint k = 0; k <= p; ++k) {
+    for (uint k = 0; k <= along; ++k) {
         const screen8 none = {(float8)(0.0f), (float8)(0.0f), (float8)(0.0f)};
         curve[k] = none;
-        for (uint l = 0; l <= q; ++l) rpns_screen_add(&curve[k], rpns_share(places, stride, place, l), net[8 * k + l]);
+        for (uint l = 0; l <= across; ++l) {
+            const float8 share = by_u ? rpns_share(places, stride, place, l) : (float8)(five[8 * l + place]);
+            rpns_screen_add(&curve[k], share, net[row * k + column * l]);
+        }
     }
-    return rpns_measured(curve, five, places, stride, p, side, finest);
-}
-
-// of the curves along v at a place of u
-static inline __attribute__((always_inline)) fours8 rpns_along_v(const screen8 *net, __global const float *five,
-    __global const float *places, const uint stride, const uint place, const uint p, const uint q, const float side, const float finest)
-{
-    screen8 curve[8];
-    for (uint l = 0; l <= q; ++l) {
-        const screen8 none = {(float8)(0.0f), (float8)(0.0f), (float8)(0.0f)};
-        curve[l] = none;
-        for (uint k = 0; k <= p; ++k) rpns_screen_add(&curve[l], (float8)(five[8 * k + place]), net[8 * k + l]);
-    }
-    return rpns_measured(curve, 0, places, stride, q, side, finest);
+    return rpns_measured(curve, by_u ? five : 0, places, stride, along, side, finest);
 }
 
 // rows of four of the first `count` lanes, `apart` rows from each other

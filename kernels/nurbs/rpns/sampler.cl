@@ -65,17 +65,18 @@ static inline __attribute__((always_inline)) void rpns_sample(const uint8 row, c
             net[8 * k + l] = on;
         }
     __global float *middle = middles + 8 * (size_t)row.s5;
-    rpns_put_fours(middle, 2, rpns_along_u(net, five, places, stride, MIDDLE, p, q, side, finest), count);
-    rpns_put_fours(middle + 4, 2, rpns_along_v(net, five, places, stride, MIDDLE, p, q, side, finest), count);
+    rpns_put_fours(middle, 2, rpns_along(net, five, places, stride, ALONG_U, MIDDLE, p, q, side, finest), count);
+    rpns_put_fours(middle + 4, 2, rpns_along(net, five, places, stride, ALONG_V, MIDDLE, p, q, side, finest), count);
     const uint across = row.s7 + i * width + j, along = row.s7 + (height + 1) * width + j * height + i;
     for (uint k = 0; k < 2; ++k) {
         if (k && i + 1 < height) break; // the next row's
-        const fours8 found = rpns_along_v(net, five, places, stride, k ? HIGH : LOW, p, q, side, finest);
+        const fours8 found = rpns_along(net, five, places, stride, ALONG_V, k ? HIGH : LOW, p, q, side, finest);
         rpns_put_fours(factors + 4 * (size_t)(across + k * width), 1, found, count);
     }
-    rpns_put_fours(factors + 4 * (size_t)along, height, rpns_along_u(net, five, places, stride, LOW, p, q, side, finest), count);
+    const fours8 first = rpns_along(net, five, places, stride, ALONG_U, LOW, p, q, side, finest);
+    rpns_put_fours(factors + 4 * (size_t)along, height, first, count);
     if (j + count == width) {
-        const fours8 found = rpns_along_u(net, five, places, stride, HIGH, p, q, side, finest);
+        const fours8 found = rpns_along(net, five, places, stride, ALONG_U, HIGH, p, q, side, finest);
         float lanes[4][8];
         vstore8(found.x, 0, lanes[0]), vstore8(found.y, 0, lanes[1]), vstore8(found.z, 0, lanes[2]), vstore8(found.w, 0, lanes[3]);
         const float4 last = (float4)(lanes[0][count - 1], lanes[1][count - 1], lanes[2][count - 1], lanes[3][count - 1]);
