@@ -41,6 +41,8 @@ TESTED_BY = {  # what has no mirror by its own name: the tests that stand for it
     "kernels/common/function.cl": "kernels/refine/test_function.py",
     "kernels/common/height_map.cl": "kernels/refine/test_height_map.py",
     "kernels/common/noise.cl": "kernels/refine/test_displacement.py",
+    "kernels/common/normals.cl": "kernels/bezier/test_vst.py",
+    "kernels/common/output.cl": "kernels/bezier/test_vst.py",
     "kernels/common/sine.cl": "kernels/refine/test_pattern.py",
     "kernels/common/lattice_walk.cl": "kernels/refine/test_pattern.py",
     "harness/baselines/host.py": "test_every_system.py",

@@ -67,8 +67,8 @@ static inline void bezier_crossed(
 static inline void bezier_block_unit(
     planes8 *unit, const planes8 q, const planes8 r, const bezier_patch *patch, const float8 u, const float v)
 {
-    const int8 is_bad = bezier_unit8(unit, q, r);
-    if (bezier_any(is_bad)) bezier_mend8(unit, is_bad, patch, u, (float8)(v));
+    const int8 is_bad = normals_cross8(unit, q, r);
+    if (normals_any(is_bad)) bezier_mend8(unit, is_bad, patch, u, (float8)(v));
 }
 #endif
 

@@ -19,10 +19,10 @@ static inline float bezier_asked(const float *from, const uint one, const uint o
 {
     const float3 a = vload3(one, from), b = vload3(other, from);
 #if TEST == 1
-    const bool both_are = bezier_square(a) > 0.5f && bezier_square(b) > 0.5f;
+    const bool both_are = normals_square(a) > 0.5f && normals_square(b) > 0.5f;
     return both_are ? max(1.0f - (a.x * b.x + a.y * b.y + a.z * b.z), 0.0f) : 0.0f;
 #else
-    return bezier_square(TEST == 0 ? a * (1.0f - share) + b * share - vload3(middle, from) : a - b);
+    return normals_square(TEST == 0 ? a * (1.0f - share) + b * share - vload3(middle, from) : a - b);
 #endif
 }
 

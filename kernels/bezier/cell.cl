@@ -8,7 +8,7 @@
 // Writes    nothing
 // Needs     bezier/row.cl
 // Plain     bezier/candidates.py
-// Defines   NORMALS (1: normals too), STREAMING (bezier/output.cl; 1: rows are written to a work-item's own store)
+// Defines   NORMALS (1: normals too), STREAMING (common/output.cl; 1: rows are written to a work-item's own store)
 
 // node (r, c) of a triangle, 0 <= c <= r <= 8, is bit r (r + 1) / 2 + c of its mask: left c = 0, right c = r, base r = 8.
 // Which corner of the cell is row 0, and which are the ends of the base, is the triangle's way, 0 to 11, from bit 60 on.

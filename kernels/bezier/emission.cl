@@ -54,8 +54,8 @@ static inline void bezier_at8(planes8 *point, planes8 *normal, const bezier_patc
             (c[3] - c[2]) * patch->scale);
     }
 #if NORMALS
-    const int8 is_bad = bezier_unit8(normal, along_u, along_v);
-    if (bezier_any(is_bad)) bezier_mend8(normal, is_bad, patch, u, v);
+    const int8 is_bad = normals_cross8(normal, along_u, along_v);
+    if (normals_any(is_bad)) bezier_mend8(normal, is_bad, patch, u, v);
 #endif
 }
 

@@ -21,7 +21,7 @@
 //           counts           uint [2]  live vertices and triangles: none where the room does not suffice
 // Needs     bezier/half_strips.cl, bezier/emission.cl, bezier/rises.cl
 // Plain     bezier/grids.py
-// Defines   NORMALS (1: normals too), STREAMING (bezier/output.cl, 1)
+// Defines   NORMALS (1: normals too), STREAMING (common/output.cl, 1)
 
 #define TRIANGLE_EDGES 0x1ff81830c66ful // nodes on the edges of a coarse triangle
 #define HALF_EDGES 0x1ff80c0603fful     // and of a half

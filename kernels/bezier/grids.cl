@@ -8,7 +8,7 @@
 //           rises            int  [2 * cell_count]  as bezier/rises.cl has them
 // Needs     bezier/rises.cl
 // Plain     bezier/grids.py
-// Defines   NORMALS (0), STREAMING (bezier/output.cl, 1)
+// Defines   NORMALS (0), STREAMING (common/output.cl, 1)
 
 #pragma OPENCL FP_CONTRACT OFF
 

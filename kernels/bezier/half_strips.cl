@@ -6,7 +6,7 @@
 // Writes    nothing
 // Needs     bezier/strips.cl
 // Plain     bezier/half_strips.py
-// Defines   NORMALS, STREAMING (bezier/output.cl, 1)
+// Defines   NORMALS, STREAMING (common/output.cl, 1)
 
 #define COLUMNS_BIT 57 // and the next, of a mask: log2 of its columns
 #define OTHER_CUT 59   // this bit: cut along the other diagonal

@@ -34,7 +34,7 @@ static inline void bezier_tangents(float *out, const float4 a, const float4 b, c
     const float4 p = (b - a) * scale, q = (c - b) * scale, r = (d - c) * scale;
     for (uint k = 0; k < CELL_SIDE; ++k) {
         const float4 t = BEZIER_QUADRATIC(w[k], w[k + map.stride], w[k + 2 * map.stride], p, q, r);
-        const float square = bezier_square(t.xyz);
+        const float square = normals_square(t.xyz);
         vstore3(t.xyz * (square > 1e-30f ? 1.0f / sqrt(square) : 0.0f), k, out);
     }
 }

@@ -6,7 +6,7 @@
 // Reads     controls  float[64 * patches]  of each patch 16 points x y z _, v fastest; the first one's fourth number is
 //                                          the power of two that brings the patch's size near 1
 // Writes    nothing
-// Needs     bezier/output.cl
+// Needs     common/output.cl
 // Plain     bezier/reference.py
 
 #pragma OPENCL FP_CONTRACT OFF

@@ -8,7 +8,7 @@
 // Writes    nothing
 // Needs     bezier/block.cl
 // Plain     bezier/reference.py
-// Defines   NORMALS (1: normals too), STREAMING (bezier/output.cl)
+// Defines   NORMALS (1: normals too), STREAMING (common/output.cl)
 
 #pragma OPENCL FP_CONTRACT OFF
 
@@ -63,7 +63,7 @@ static inline float3 bezier_three(const float8 *numbers, const uint k, const uin
         BEZIER_OF(m, (k) + 3, lane))
 
 // a row that is a border, exact: `count` points from column j on; up to `room` may be written
-static inline void bezier_border(BEZIER_OUT float *out, const bezier_block *block, const uint lane,
+static inline void bezier_border(OUTPUT float *out, const bezier_block *block, const uint lane,
     const bezier_map map, const uint j, const uint count, const uint room)
 {
     const float8 *c = block->controls;
@@ -72,12 +72,12 @@ static inline void bezier_border(BEZIER_OUT float *out, const bezier_block *bloc
         __global const float *w = map.weights + j + k;
         const float8 w0 = vload8(0, w), w1 = vload8(0, w + s), w2 = vload8(0, w + 2 * s), w3 = vload8(0, w + 3 * s);
         const planes8 p = {BEZIER_BASIS(c, 0, lane), BEZIER_BASIS(c, 4, lane), BEZIER_BASIS(c, 8, lane)};
-        bezier_put(out + 3 * k, p, room - k);
+        output_put(out + 3 * k, p, room - k);
     }
 }
 
 // points of a row, which is number `lane` of the block: `count` from column j on; up to `room` may be written
-static inline void bezier_points(BEZIER_OUT float *out, const bezier_block *block, const uint lane,
+static inline void bezier_points(OUTPUT float *out, const bezier_block *block, const uint lane,
     const bezier_map map, const uint j, const uint count, const uint room, const uint side)
 {
     __global const float *t = map.weights + 7 * map.stride + j;
@@ -89,15 +89,15 @@ static inline void bezier_points(BEZIER_OUT float *out, const bezier_block *bloc
         for (uint k = 0; k < n / 2; k += 8) {
             const float8 v = vload8(0, t + k);
             BEZIER_HALVES(h, BEZIER_HALF2, 4, v, m, lane)
-            bezier_put(out + 3 * k, bezier_sum(h), 8);
-            bezier_put(out + 3 * (n - 7 - k), bezier_mirrored(h), 8);
+            output_put(out + 3 * k, bezier_sum(h), 8);
+            output_put(out + 3 * (n - 7 - k), bezier_mirrored(h), 8);
         }
         vstore3(bezier_three(m, 0, lane), n / 2, out);
     } else {
         for (uint k = 0; k < (is_last ? count - 1 : count); k += 8) {
             const float8 v = vload8(0, t + k);
             BEZIER_HALVES(h, BEZIER_HALF2, 4, v, m, lane)
-            bezier_put(out + 3 * k, bezier_sum(h), room - k);
+            output_put(out + 3 * k, bezier_sum(h), room - k);
         }
     }
     // where the row crosses a border its own control points are the border's
@@ -110,19 +110,18 @@ static inline void bezier_points(BEZIER_OUT float *out, const bezier_block *bloc
 static inline planes8 bezier_units(
     const planes8 n, const int8 columns, const bezier_patch *patch, const float u, const uint side)
 {
-    const float8 square = fma(n.z, n.z, fma(n.y, n.y, n.x * n.x)), scale = float8_rsqrt(square);
-    planes8 unit = {n.x * scale, n.y * scale, n.z * scale};
-    int8 is_bad = square <= DEGENERATE;
-    if (bezier_any(is_bad)) {
+    planes8 unit;
+    int8 is_bad = normals_unit8(&unit, n);
+    if (normals_any(is_bad)) {
         is_bad &= columns > 0 & columns < (int8)(side - 1);
         const float8 v = convert_float8(columns) * (1.0f / (float)(side - 1));
-        if (bezier_any(is_bad)) bezier_mend8(&unit, is_bad, patch, (float8)(u), v);
+        if (normals_any(is_bad)) bezier_mend8(&unit, is_bad, patch, (float8)(u), v);
     }
     return unit;
 }
 
 // unit normals of row i, which is number `lane` of the block: as bezier_points
-static inline void bezier_normals(BEZIER_OUT float *out, const bezier_block *block, const uint lane,
+static inline void bezier_normals(OUTPUT float *out, const bezier_block *block, const uint lane,
     const bezier_patch *patch, const bezier_map map, const uint i, const uint j, const uint count, const uint room,
     const uint side)
 {
@@ -137,9 +136,9 @@ static inline void bezier_normals(BEZIER_OUT float *out, const bezier_block *blo
             const float8 v = vload8(0, t + k);
             const int8 columns = (int8)(k) + BEZIER_STEPS;
             BEZIER_HALVES(h, BEZIER_HALF3, 6, v, m, lane)
-            bezier_put(out + 3 * k, bezier_units(bezier_sum(h), columns, patch, u, side), 8);
+            output_put(out + 3 * k, bezier_units(bezier_sum(h), columns, patch, u, side), 8);
             const int8 others = (int8)(n - 7 - k) + BEZIER_STEPS;
-            bezier_put(out + 3 * (n - 7 - k), bezier_units(bezier_mirrored(h), others, patch, u, side), 8);
+            output_put(out + 3 * (n - 7 - k), bezier_units(bezier_mirrored(h), others, patch, u, side), 8);
         }
         vstore3(bezier_lane(&block->middle, lane), n / 2, out);
     } else {
@@ -147,7 +146,7 @@ static inline void bezier_normals(BEZIER_OUT float *out, const bezier_block *blo
             const float8 v = vload8(0, t + k);
             BEZIER_HALVES(h, BEZIER_HALF3, 6, v, m, lane)
             const int8 columns = (int8)(j + k) + BEZIER_STEPS;
-            bezier_put(out + 3 * k, bezier_units(bezier_sum(h), columns, patch, u, side), room - k);
+            output_put(out + 3 * k, bezier_units(bezier_sum(h), columns, patch, u, side), room - k);
         }
         const uint middle = n / 2;
         if (n > 1 && j <= middle && middle < j + count) vstore3(bezier_lane(&block->middle, lane), middle - j, out);
@@ -158,7 +157,7 @@ static inline void bezier_normals(BEZIER_OUT float *out, const bezier_block *blo
 #endif
 
 // the patch's vertices from number `vertex` on, `most` of them or all that are left; returns how many
-static inline uint bezier_rows(BEZIER_OUT float *points, BEZIER_OUT float *normals, const bezier_patch *patch,
+static inline uint bezier_rows(OUTPUT float *points, OUTPUT float *normals, const bezier_patch *patch,
     const bezier_map map, const uint vertex, const uint most, const uint side)
 {
     uint i = vertex / side, j = vertex % side, done = 0;

@@ -7,7 +7,7 @@
 // Writes    nothing
 // Needs     bezier/cell.cl
 // Plain     bezier/strips.py
-// Defines   NORMALS, STREAMING (bezier/output.cl, 1)
+// Defines   NORMALS, STREAMING (common/output.cl, 1)
 
 #define STRIP_TRIANGLES 64 // at the most
 

@@ -7,7 +7,7 @@
 // Writes    nothing
 // Needs     nurbs/surface.cl
 // Plain     nurbs/reference.py
-// Defines   CHUNK, STREAMING (bezier/output.cl), RATIONAL (0: all weights are 1), NORMALS
+// Defines   CHUNK, STREAMING (common/output.cl), RATIONAL (0: all weights are 1), NORMALS
 
 #pragma OPENCL FP_CONTRACT OFF
 
@@ -44,7 +44,7 @@ NURBS_POINT(nurbs_point16, float16, planes16, vload16)
 
 // The points of a run: see nurbs_run. Sixteen at a time share the control points; `lead` vertices come before those that
 // fill whole vectors of the output, since a store across two lines takes as long as two.
-static inline __attribute__((always_inline)) void nurbs_points(BEZIER_OUT float *points, const float4 *curve,
+static inline __attribute__((always_inline)) void nurbs_points(OUTPUT float *points, const float4 *curve,
     __global const float *weights, const uint stride, const uint q, const float3 o, const uint count, const uint room,
     const uint lead)
 {
@@ -54,20 +54,20 @@ static inline __attribute__((always_inline)) void nurbs_points(BEZIER_OUT float 
             nurbs_point16(&p, curve, weights + k, stride, q);
             const planes8 low = {p.x.lo + o.x, p.y.lo + o.y, p.z.lo + o.z};
             const planes8 high = {p.x.hi + o.x, p.y.hi + o.y, p.z.hi + o.z};
-            bezier_put(points + 3 * k, low, 8);
-            bezier_put(points + 3 * k + 24, high, 8);
+            output_put(points + 3 * k, low, 8);
+            output_put(points + 3 * k + 24, high, 8);
         }
         if (k == count) return;
         planes8 p;
         nurbs_point8(&p, curve, weights + k, stride, q);
         const planes8 placed = {p.x + o.x, p.y + o.y, p.z + o.z};
-        bezier_put(points + 3 * k, placed, room - k);
+        output_put(points + 3 * k, placed, room - k);
     }
 }
 
 // `count` samples of one span from `sample_v` on, the first of which is the chunk's vertex `done`; up to `room` may be
 // written
-static inline void nurbs_run(BEZIER_OUT float *points, BEZIER_OUT float *normals, nurbs_curve *curve,
+static inline void nurbs_run(OUTPUT float *points, OUTPUT float *normals, nurbs_curve *curve,
     const nurbs_surface *surface, const nurbs_tables *tables, const uint sample_u, const uint sample_v, const uint count,
     const uint room, const uint done)
 {
@@ -104,14 +104,18 @@ static inline void nurbs_run(BEZIER_OUT float *points, BEZIER_OUT float *normals
         a.x = (a.x - aw * p.x) * inverse, a.y = (a.y - aw * p.y) * inverse, a.z = (a.z - aw * p.z) * inverse;
         b.x = (b.x - bw * p.x) * inverse, b.y = (b.y - bw * p.y) * inverse, b.z = (b.z - bw * p.z) * inverse;
 #endif
-        const int8 is_bad = bezier_unit8(&unit, a, b);
-        bezier_put(normals + 3 * k, unit, room - k);
-        if (bezier_any(is_bad)) {
+        const int8 is_bad = normals_cross8(&unit, a, b);
+        output_put(normals + 3 * k, unit, room - k);
+        if (normals_any(is_bad)) {
             int bad[8];
             vstore8(is_bad, 0, bad);
             for (uint j = 0; j < 8 && k + j < count; ++j)
-                if (bad[j])
-                    vstore3(nurbs_unit_near(surface, tables, sample_u, sample_v + k + j, scale), k + j, normals);
+                if (bad[j]) {
+                    const uint sample = sample_v + k + j;
+                    const float3 mended = nurbs_unit_near(surface, tables, vload4(sample_u, tables->samples),
+                        vload4(sample, tables->samples), tables->places[sample_u], tables->places[sample], scale);
+                    vstore3(mended, k + j, normals);
+                }
         }
     }
 #endif

@@ -8,9 +8,9 @@
 //           controls  float[4 * controls]    w x, w y, w z, w from its origin; v fastest, surface after surface
 //           scales    float[quads]           the power of two that brings a KSQuad's size near 1; v fastest
 // Writes    nothing
-// Needs     nurbs/triangle.cl, bezier/normal.cl
+// Needs     nurbs/triangle.cl, common/normals.cl, common/output.cl
 // Plain     nurbs/reference.py
-// Defines   CHUNK, STREAMING (bezier/output.cl), RATIONAL (0: all weights are 1), NORMALS
+// Defines   CHUNK, STREAMING (common/output.cl), RATIONAL (0: all weights are 1), NORMALS
 
 #pragma OPENCL FP_CONTRACT OFF
 
@@ -84,10 +84,12 @@ static inline void nurbs_curve_to(nurbs_curve *curve, const nurbs_surface *surfa
     }
 }
 
-// the scaled normal at t of both spans, where S_u x S_v vanishes at the sample; by the triangular table, one at a time
-static inline float3 nurbs_normal_near(const nurbs_surface *surface, const nurbs_tables *tables, const uint4 at_u,
-    const uint4 at_v, const float tu, const float tv, const float scale)
+// the unit normal a little nearer to the middle of the KSQuad than t of both spans, where S_u x S_v vanishes; by the
+// triangular table, one at a time
+static inline float3 nurbs_unit_near(const nurbs_surface *surface, const nurbs_tables *tables, const uint4 at_u,
+    const uint4 at_v, float tu, float tv, const float scale)
 {
+    tu += INWARDS * (0.5f - tu), tv += INWARDS * (0.5f - tv);
     float nu[8], su[8], nv[8], sv[8];
     nurbs_triangle(nu, su, tables->spans + SPAN_FLOATS * at_u.w, tu, 1.0f - tu, surface->p);
     nurbs_triangle(nv, sv, tables->spans + SPAN_FLOATS * at_v.w, tv, 1.0f - tv, surface->q);
@@ -103,15 +105,5 @@ static inline float3 nurbs_normal_near(const nurbs_surface *surface, const nurbs
         }
     const float3 point = sum.xyz / sum.w;
     const float3 a = (along_u.xyz - along_u.w * point) * scale, b = (along_v.xyz - along_v.w * point) * scale;
-    return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
-static inline float3 nurbs_unit_near(
-    const nurbs_surface *surface, const nurbs_tables *tables, const uint sample_u, const uint sample_v, const float scale)
-{
-    const float tu = tables->places[sample_u], tv = tables->places[sample_v];
-    const float3 n = nurbs_normal_near(surface, tables, vload4(sample_u, tables->samples), vload4(sample_v, tables->samples),
-        tu + INWARDS * (0.5f - tu), tv + INWARDS * (0.5f - tv), scale);
-    const float square = n.x * n.x + n.y * n.y + n.z * n.z;
-    return square > 1e-30f ? n * (1.0f / sqrt(square)) : (float3)(0.0f, 0.0f, 1.0f);
+    return normals_unit(normals_cross(a, b));
 }

@@ -13,7 +13,7 @@
 //           normals    float[3 * vertices]        packed, unit length; nothing where NORMALS is 0
 // Needs     nurbs/row.cl
 // Plain     nurbs/reference.py
-// Defines   CHUNK (a multiple of eight), NORMALS (1: normals too), RATIONAL (nurbs/surface.cl), STREAMING (bezier/output.cl)
+// Defines   CHUNK (a multiple of eight), NORMALS (1: normals too), RATIONAL (nurbs/surface.cl), STREAMING (common/output.cl)
 
 __kernel void nurbs_vertex(
     __global const uint *restrict surfaces,
@@ -34,8 +34,8 @@ __kernel void nurbs_vertex(
 
     const nurbs_tables tables = {samples, weights, controls, scales, spans, places, stride};
     const uint count = (uint)min((ulong)CHUNK, vertex_count - first);
-    BEZIER_BEGIN(points, CHUNK, positions + 3 * first);
-    BEZIER_BEGIN(directions, NORMALS ? CHUNK : 1, normals + (NORMALS ? 3 * first : 0));
+    OUTPUT_BEGIN(points, CHUNK, positions + 3 * first);
+    OUTPUT_BEGIN(directions, NORMALS ? CHUNK : 1, normals + (NORMALS ? 3 * first : 0));
 
     uint low = 0, high = surface_count; // the last surface that begins at `first` or before
     while (high - low > 1) {
@@ -59,8 +59,8 @@ __kernel void nurbs_vertex(
                 done += here, j += here;
             }
     }
-    BEZIER_END(points, count, positions + 3 * first);
+    OUTPUT_END(points, count, positions + 3 * first);
 #if NORMALS
-    BEZIER_END(directions, count, normals + 3 * first);
+    OUTPUT_END(directions, count, normals + 3 * first);
 #endif
 }

@@ -19,7 +19,7 @@
 //           counts           uint [2]  live vertices and triangles: none where the room does not suffice
 // Needs     bezier/candidates.cl, bezier/emission.cl, bezier/strips.cl
 // Plain     bezier/dabt/reference.py
-// Defines   TEST (bezier/measures.cl), NORMALS (1: normals too), STREAMING (bezier/output.cl, 1)
+// Defines   TEST (bezier/measures.cl), NORMALS (1: normals too), STREAMING (common/output.cl, 1)
 
 __kernel void dabt_geometry_test(
     __global const float *restrict map,

@@ -63,8 +63,8 @@ static inline void dx11_eight(planes8 *point, planes8 *normal, const bezier_patc
 #endif
     }
 #if NORMALS
-    const int8 is_bad = bezier_unit8(normal, along_u, along_v);
-    if (bezier_any(is_bad)) bezier_mend8(normal, is_bad, patch, u, v);
+    const int8 is_bad = normals_cross8(normal, along_u, along_v);
+    if (normals_any(is_bad)) bezier_mend8(normal, is_bad, patch, u, v);
 #endif
 }
 
@@ -107,9 +107,9 @@ __kernel void dx11_domain(
         }
         planes8 point, normal;
         dx11_eight(&point, &normal, &patch, vload8(0, us), vload8(0, vs));
-        bezier_put(points + 3 * j, point, side - j);
+        output_put(points + 3 * j, point, side - j);
 #if NORMALS
-        bezier_put(directions + 3 * j, normal, side - j);
+        output_put(directions + 3 * j, normal, side - j);
 #endif
     }
     const float16 b = patch.rows[i ? 3 : 0];

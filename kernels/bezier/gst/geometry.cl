@@ -10,7 +10,7 @@
 //           normals    float[3 * vertices]  packed, unit length; nothing where NORMALS is 0
 // Needs     bezier/gst/sample.cl
 // Plain     bezier/gst/reference.py
-// Defines   NORMALS (1: normals too), REUSE (bezier/gst/sample.cl), ZONE_ROWS, ZONE_COLUMNS, STREAMING (bezier/output.cl;
+// Defines   NORMALS (1: normals too), REUSE (bezier/gst/sample.cl), ZONE_ROWS, ZONE_COLUMNS, STREAMING (common/output.cl;
 //           0 where a zone's vertices are no multiple of eight)
 
 #define STRIP (2 * (ZONE_COLUMNS + 1))
@@ -26,7 +26,7 @@ static inline float4 gst_border_point(
 
 // points on the patch's borders again, from the border's own control points
 static inline void gst_borders(
-    BEZIER_OUT float *out, const bezier_patch *patch, const uint i, const uint j, const uint segments, const float step)
+    OUTPUT float *out, const bezier_patch *patch, const uint i, const uint j, const uint segments, const float step)
 {
     for (uint end = 0; end < 2; ++end) {
         const float16 c = patch->rows[end ? 3 : 0];
@@ -51,7 +51,7 @@ static inline void gst_borders(
 }
 
 // the zone whose first cell is (i, j)
-static inline void gst_zone(BEZIER_OUT float *points, BEZIER_OUT float *directions, const bezier_patch *patch,
+static inline void gst_zone(OUTPUT float *points, OUTPUT float *directions, const bezier_patch *patch,
     const uint i, const uint j, const uint segments)
 {
     const float step = 1.0f / (float)segments;
@@ -66,12 +66,12 @@ static inline void gst_zone(BEZIER_OUT float *points, BEZIER_OUT float *directio
             const float8 columns = (float)(j + l / 2) + (float8)(0, 0, 1, 1, 2, 2, 3, 3);
             gst_sampled made;
             gst_sample(&made, &strip, &surface, columns * step - 0.5f);
-            bezier_put(points + 3 * at, made.p, room);
+            output_put(points + 3 * at, made.p, room);
 #if NORMALS
             planes8 n;
-            const int8 is_bad = bezier_unit8(&n, made.q, made.r);
-            bezier_put(directions + 3 * at, n, room);
-            if (bezier_any(is_bad)) {
+            const int8 is_bad = normals_cross8(&n, made.q, made.r);
+            output_put(directions + 3 * at, n, room);
+            if (normals_any(is_bad)) {
                 int bad[8];
                 vstore8(is_bad, 0, bad);
                 for (uint k = 0; k < 8 && l + k < STRIP; ++k) {
@@ -100,12 +100,12 @@ __kernel void gst_geometry(
     __global const float *c = controls + CONTROL_FLOATS * (size_t)(zone / each);
     bezier_patch patch;
     bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
-    BEZIER_BEGIN(points, ZONE, positions + 3 * (size_t)zone * ZONE);
-    BEZIER_BEGIN(directions, NORMALS ? ZONE : 1, normals + (NORMALS ? 3 * (size_t)zone * ZONE : 0));
+    OUTPUT_BEGIN(points, ZONE, positions + 3 * (size_t)zone * ZONE);
+    OUTPUT_BEGIN(directions, NORMALS ? ZONE : 1, normals + (NORMALS ? 3 * (size_t)zone * ZONE : 0));
     gst_zone(points, directions, &patch, i, j, segments);
-    BEZIER_END(points, ZONE, positions + 3 * (size_t)zone * ZONE);
+    OUTPUT_END(points, ZONE, positions + 3 * (size_t)zone * ZONE);
 #if NORMALS
-    BEZIER_END(directions, ZONE, normals + 3 * (size_t)zone * ZONE);
+    OUTPUT_END(directions, ZONE, normals + 3 * (size_t)zone * ZONE);
 #endif
 }
 

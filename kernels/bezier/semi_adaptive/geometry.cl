@@ -21,7 +21,7 @@
 //           counts           uint [2]  live vertices and triangles: none where the room does not suffice
 // Needs     bezier/candidates.cl, bezier/emission.cl, bezier/semi_adaptive/edges.cl
 // Plain     bezier/semi_adaptive/reference.py
-// Defines   TEST (bezier/measures.cl), NORMALS (1: normals too), STREAMING (bezier/output.cl, 1), HALVES
+// Defines   TEST (bezier/measures.cl), NORMALS (1: normals too), STREAMING (common/output.cl, 1), HALVES
 //           (bezier/semi_adaptive/edges.cl)
 
 __kernel void semi_adaptive_geometry_test(

@@ -8,7 +8,7 @@
 //           lists    uint [48 * patterns]       ranks of the corners of its triangles, four in a word
 // Needs     bezier/strips.cl, bezier/candidates.cl, bezier/semi_adaptive/edges.cl
 // Plain     bezier/semi_adaptive/reference.py
-// Defines   TEST (bezier/measures.cl), NORMALS, STREAMING (bezier/output.cl, 1), HALVES
+// Defines   TEST (bezier/measures.cl), NORMALS, STREAMING (common/output.cl, 1), HALVES
 //           (bezier/semi_adaptive/edges.cl)
 
 __kernel void semi_adaptive_setup_patterns(

@@ -11,7 +11,7 @@
 //           normals    float[3 * vertices]     packed, unit length; nothing where NORMALS is 0
 // Needs     bezier/row.cl
 // Plain     bezier/vst/reference.py
-// Defines   CHUNK (the longest chunk, where STREAMING), NORMALS (1: normals too), STREAMING (bezier/output.cl)
+// Defines   CHUNK (the longest chunk, where STREAMING), NORMALS (1: normals too), STREAMING (common/output.cl)
 
 __kernel void vst_vertex(
     __global const float *restrict map,
@@ -28,8 +28,8 @@ __kernel void vst_vertex(
 
     const bezier_map weights = {map, map_stride};
     const uint count = (uint)min((ulong)chunk, vertex_count - first), each = side * side;
-    BEZIER_BEGIN(points, CHUNK, positions + 3 * first);
-    BEZIER_BEGIN(directions, NORMALS ? CHUNK : 1, normals + (NORMALS ? 3 * first : 0));
+    OUTPUT_BEGIN(points, CHUNK, positions + 3 * first);
+    OUTPUT_BEGIN(directions, NORMALS ? CHUNK : 1, normals + (NORMALS ? 3 * first : 0));
     ulong p = first / each;
     uint vertex = (uint)(first - p * each);
     for (uint done = 0; done < count; ++p, vertex = 0) {
@@ -39,9 +39,9 @@ __kernel void vst_vertex(
         done += bezier_rows(
             points + 3 * done, directions + (NORMALS ? 3 * done : 0), &patch, weights, vertex, count - done, side);
     }
-    BEZIER_END(points, count, positions + 3 * first);
+    OUTPUT_END(points, count, positions + 3 * first);
 #if NORMALS
-    BEZIER_END(directions, count, normals + 3 * first);
+    OUTPUT_END(directions, count, normals + 3 * first);
 #endif
 }
 

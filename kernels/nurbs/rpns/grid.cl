@@ -30,16 +30,6 @@ static inline void rpns_basis_at(rpns_basis *basis, __global const float *span, 
 #endif
 }
 
-// where S_u x S_v vanishes: the normal a little nearer to the KSQuad's middle
-static inline float3 rpns_unit_near(const nurbs_surface *surface, const nurbs_tables *tables, const uint4 at_u,
-    const uint4 at_v, const float tu, const float tv, const float scale)
-{
-    const float3 n = nurbs_normal_near(
-        surface, tables, at_u, at_v, tu + INWARDS * (0.5f - tu), tv + INWARDS * (0.5f - tv), scale);
-    const float square = n.x * n.x + n.y * n.y + n.z * n.z;
-    return square > 1e-30f ? n * (1.0f / sqrt(square)) : (float3)(0.0f, 0.0f, 1.0f);
-}
-
 // the basis functions at a span's ends are tables, the same to the bit for both spans that meet there
 static inline void rpns_ends(rpns_basis *basis, __global const float *five, const int8 k, const int n, const uint p)
 {
@@ -114,7 +104,7 @@ static inline __attribute__((always_inline)) int8 rpns_row(planes8 *point, plane
     a.x = (a.x - c.w * sum.x) * inverse, a.y = (a.y - c.w * sum.y) * inverse, a.z = (a.z - c.w * sum.z) * inverse;
     b.x = (b.x - d.w * sum.x) * inverse, b.y = (b.y - d.w * sum.y) * inverse, b.z = (b.z - d.w * sum.z) * inverse;
 #endif
-    bad = bezier_unit8(unit, a, b);
+    bad = normals_cross8(unit, a, b);
 #endif
     return bad;
 }
@@ -147,17 +137,17 @@ static inline __attribute__((always_inline)) void rpns_grid(__global float *posi
                 (const float *)across.slopes + i % 8, p, surface->origin);
             // what comes after a row's end is the next row's, unless that was begun before
             const uint room = j ? count : rows * columns - at;
-            bezier_put(positions + 3 * at, point, room);
+            output_put(positions + 3 * at, point, room);
 #if NORMALS
-            bezier_put(normals + 3 * at, unit, room);
-            if (bezier_any(bad)) {
+            output_put(normals + 3 * at, unit, room);
+            if (normals_any(bad)) {
                 int lanes[8];
                 float t[8], tu[8];
                 vstore8(bad, 0, lanes), vstore8(tv, 0, t);
                 vstore8(rpns_place((int8)((int)i), size.s0, size.s234), 0, tu);
                 for (uint k = 0; k < count; ++k)
                     if (lanes[k])
-                        vstore3(rpns_unit_near(surface, tables, at_u, at_v, tu[0], t[k], scale), at + k, normals);
+                        vstore3(nurbs_unit_near(surface, tables, at_u, at_v, tu[0], t[k], scale), at + k, normals);
             }
 #endif
         }

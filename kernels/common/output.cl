@@ -10,17 +10,17 @@
 // Rows go straight to their place, or, where stores go past the caches, by way of a work-item's own store: only whole
 // aligned vectors may go past them.
 #if STREAMING
-#define BEZIER_OUT __private
-#define BEZIER_BEGIN(name, count, place) float name[3 * (count)]
-#define BEZIER_END(name, count, place) bezier_flush(name, count, place)
+#define OUTPUT __private
+#define OUTPUT_BEGIN(name, count, place) float name[3 * (count)]
+#define OUTPUT_END(name, count, place) output_flush(name, count, place)
 #else
-#define BEZIER_OUT __global
-#define BEZIER_BEGIN(name, count, place) __global float *restrict name = (place)
-#define BEZIER_END(name, count, place)
+#define OUTPUT __global
+#define OUTPUT_BEGIN(name, count, place) __global float *restrict name = (place)
+#define OUTPUT_END(name, count, place)
 #endif
 
 // eight vertices, of which the first `room` may be written
-static inline void bezier_put(BEZIER_OUT float *out, const planes8 a, const uint room)
+static inline void output_put(OUTPUT float *out, const planes8 a, const uint room)
 {
     const packed8 rows = packed_rows(a);
     if (room >= 8) {
@@ -35,7 +35,7 @@ static inline void bezier_put(BEZIER_OUT float *out, const planes8 a, const uint
 }
 
 // `count` vertices of the work-item's own store, from a multiple of eight on
-static inline void bezier_flush(const float *stage, const uint count, __global float *restrict out)
+static inline void output_flush(const float *stage, const uint count, __global float *restrict out)
 {
     const uint whole = 3 * (count / 8);
     for (uint i = 0; i < whole; ++i) PACKED_STORE(vload8(i, stage), out + 8 * i);
