@@ -16,13 +16,14 @@ from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster import turned
 from lodbench.kernels.cluster.borders import NO_EDGES, NO_VERTICES, border_vertices
 from lodbench.kernels.cluster.grid import Grid
+from lodbench.kernels.cluster.mapped import Mapped
 from lodbench.kernels.cluster.search import Found
 from lodbench.kernels.cluster.target import ClusterTarget
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.cluster.warp import Warp
 from lodbench.kernels.opencl import Buffer, Device, DeviceError, Launch, Program, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local
-from lodbench.kernels.subject import POINT, WORD, DeviceSubject, Step
+from lodbench.kernels.subject import POINT, WORD, Step
 from lodbench.kernels.system import DeviceSurface, Frame
 from lodbench.kernels.targets import missed
 
@@ -32,7 +33,7 @@ FEW_WORDS = 8192  # of cells: one core numbers them sooner than two launches are
 _warm: WeakKeyDictionary[Device, set[tuple[Any, ...]]] = WeakKeyDictionary()
 
 
-class Clustering(DeviceSubject):
+class Clustering(Mapped):
     """One mesh, one grid; the input is the same each frame.
 
     A system's set-up calls, in this order, `find_cells`, what fills `solved` and `chunk_sums` from `points`, then
@@ -74,7 +75,6 @@ class Clustering(DeviceSubject):
         if upload.warp is not None:
             self.grid = upload.warp.even(params.grid_cells)
         self.border, self.kept, self._found = NO_EDGES, NO_VERTICES, 0
-        self._map_out: Buffer | None = None
         if params.uses_border:
             self.border = upload.border_edges
             self.kept = border_vertices(self.border) if params.keeps_border else NO_VERTICES
@@ -284,20 +284,12 @@ class Clustering(DeviceSubject):
             self.warm_up()
             warm.add(key)
 
-    def map_vertices(self) -> None:
-        """Have each frame fill `vertex_map` too: read with its counts, it needs no wait of its own."""
-        launch, self._map_out = self._mapping()
-        self.add(launch)
-
     def read_counts(self, counts: Sequence[Buffer]) -> Sequence[NDArray[np.uint32]]:
         """As every subject's; read with them is whether the cells are as many as in set-up, if they were found anew."""
-        more = [self.state] if self._again else []
-        if self._map_out is not None:
-            more.append(self._map_out)
-        found = self.device.read_all(*((buffer, None) for buffer in (*counts, *more)))
-        if self._map_out is not None:
-            self._vertex_map = found.pop()
-        if self._again and (occupied := int(found.pop()[0])) > self.capacity:
+        if not self._again:
+            return super().read_counts(counts)
+        *found, state = super().read_counts([*counts, self.state])
+        if (occupied := int(state[0])) > self.capacity:
             raise DeviceError(
                 f"cells: expected {self.capacity} occupied as in set-up, got {occupied}"
             )
@@ -310,12 +302,8 @@ class Clustering(DeviceSubject):
         if self._map_out is not None:
             positions, survivors = self.device.read_all(*wanted)
             return TriangleMesh.of_kernels(positions, survivors), self._vertex_map
-        positions, survivors, vertex_map = self.device.read_all(*wanted, (self._map(), None))
+        positions, survivors, vertex_map = self.device.read_all(*wanted, (self.map_now(), None))
         return TriangleMesh.of_kernels(positions, survivors), vertex_map
-
-    def vertex_map(self) -> NDArray[np.uint32]:
-        """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where its cell has none."""
-        return self.device.read(self._map())
 
     def sources(self) -> NDArray[np.intp]:
         """The input triangles of the last frame's output triangles, ascending, and of duplicates that were removed."""
@@ -326,19 +314,13 @@ class Clustering(DeviceSubject):
         bounds = device.allocate("bounds", (chunks, 2), np.uint32)
         program.launch(
             "cluster_sources", chunks, stage="sources", local=chunk_local(device),
-            triangles=self._upload.triangles, vertex_map=self._map(), rows=rows, bounds=bounds,
+            triangles=self._upload.triangles, vertex_map=self.map_now(), rows=rows, bounds=bounds,
             triangle_count=count, chunk_count=chunks,
         )(Timeline())  # fmt: skip
         found, ends = device.read_all((rows, None), (bounds, None))
         return np.concatenate([found[a:b] for a, b in ends.tolist()]).astype(np.intp)
 
-    def _map(self) -> Buffer:
-        """`vertex_map` on the device; never waits."""
-        launch, result = self._mapping()
-        launch(Timeline())
-        return result
-
-    def _mapping(self) -> tuple[Launch, Buffer]:
+    def mapping(self) -> tuple[Launch, Buffer]:
         """What writes `vertex_map`, and where to."""
         result = self.device.allocate("vertex_map", self._vertices, np.uint32)
         launch = self.launch(

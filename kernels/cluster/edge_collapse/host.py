@@ -30,10 +30,11 @@ from lodbench.kernels.cluster.edge_collapse.sweeps import (
     sweeps,
 )
 from lodbench.kernels.cluster.edge_collapse.verdict import verdict
+from lodbench.kernels.cluster.mapped import Mapped
 from lodbench.kernels.cluster.upload import Upload
 from lodbench.kernels.opencl import Buffer, Launch, Timeline
 from lodbench.kernels.stages.scan import chunk_count, chunk_local, map_count
-from lodbench.kernels.subject import POINT, WORD, DeviceSubject
+from lodbench.kernels.subject import POINT, WORD
 from lodbench.kernels.system import Check, DeviceSurface, Frame
 from lodbench.kernels.targets import missed
 
@@ -51,7 +52,7 @@ SWEEPS, COLLAPSES = 10, 11
 PLANNED = 6  # last sweeps that are enqueued before it is asked whether more are needed
 
 
-class EdgeCollapse(DeviceSubject):
+class EdgeCollapse(Mapped):
     """One mesh, shrunk to a number of triangles.
 
     ```
@@ -102,7 +103,6 @@ class EdgeCollapse(DeviceSubject):
         self._recorded = recorded
         # first steps of the sweeps after those planned, and of what comes after all
         self._later: list[int] = []
-        self._map_out: Buffer | None = None
         self._setup(upload, locked)
         self._sweeps(upload)
         self._emit(upload)
@@ -311,26 +311,20 @@ class EdgeCollapse(DeviceSubject):
         )  # fmt: skip
 
     def vertex_map(self) -> NDArray[np.uint32]:
-        """The last frame's output vertex of each input vertex, (n,); 0xFFFFFFFF where no triangle has it."""
-        if self._map_out is not None:
-            self.live()
-            return self._vertex_map
-        if self.fit is not None:
-            self.live()
-            return self.device.read(self.fit.vertex_map)
-        launch, result = self._mapping()
-        launch(Timeline())
-        return self.device.read(result)
+        """The last frame's, which the fit has too."""
+        if self.fit is None or self._map_out is not None:
+            return super().vertex_map()
+        self.live()
+        return self.device.read(self.fit.vertex_map)
 
     def map_vertices(self) -> None:
-        """Have each frame fill `vertex_map` too: read with its counts, it needs no wait of its own."""
-        if self.fit is not None:
+        """See `Mapped`; the fit fills it anyway."""
+        if self.fit is None:
+            super().map_vertices()
+        else:
             self._map_out = self.fit.vertex_map
-            return
-        launch, self._map_out = self._mapping()
-        self.add(launch)
 
-    def _mapping(self) -> tuple[Launch, Buffer]:
+    def mapping(self) -> tuple[Launch, Buffer]:
         """What writes `vertex_map`, and where to."""
         result = self.device.allocate("vertex_map", self._vertices, np.uint32)
         launch = self._chunked(
@@ -341,11 +335,7 @@ class EdgeCollapse(DeviceSubject):
 
     def read_counts(self, counts: Sequence[Buffer]) -> Sequence[NDArray[np.uint32]]:
         """As every subject's; the same wait tells what the sweeps did."""
-        more = [] if self._map_out is None else [self._map_out]
-        found = self.device.read_all(*((buffer, None) for buffer in (*counts, self.state, *more)))
-        if more:
-            self._vertex_map = found.pop()
-        self._told = found.pop()
+        *found, self._told = super().read_counts([*counts, self.state])
         return found
 
     def result(self) -> Sequence[TriangleMesh]:

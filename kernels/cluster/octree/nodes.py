@@ -77,7 +77,7 @@ class Nodes(Clustering):
             )
         )  # fmt: skip
 
-    def _mapping(self) -> tuple[Launch, Buffer]:
+    def mapping(self) -> tuple[Launch, Buffer]:
         result = self.device.allocate("vertex_map", self._vertices, np.uint32)
         launch = self.launch(
             "octree_cut_map", self._vertices, "vertex_map", nodes=self.vertex_nodes,
