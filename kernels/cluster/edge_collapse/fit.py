@@ -30,7 +30,8 @@ FILES = tuple(
     for name in ("fit_sort", "fit_order", "fit_gather", "fit_move")
 )
 ROOM = 2  # times the target: where more triangles are left, or half of all, vertices stay
-SAMPLES, FEW, MANY = 90, 5, 524_288  # as in fit_sort.cl
+SAMPLES, FEW, MANY = 90, 5, 524_288  # see fit_sort.cl
+DEFINES = {"FIT_SAMPLES": SAMPLES, "FIT_FEW": FEW, "FIT_MANY": MANY}
 EVERY = 3, 3, 1  # of so many samples of a vertex one counts, step by step
 
 

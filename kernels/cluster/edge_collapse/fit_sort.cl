@@ -20,13 +20,11 @@
 //                                                 go; afterwards the last part has where each vertex's end
 // Needs     common/chunk.cl cluster/edge_collapse/fit.cl
 // Plain     cluster/edge_collapse/fit_reference.py
+// Defines   FIT_SAMPLES corners of the input that are looked at for one triangle of the output, about; where these are many,
+//           FIT_MANY    so many in all, or
+//           FIT_FEW     for each, since samples are what the fit takes its time for
 
 #define FIT_LOCKED 4194304.0f // as in setup.cl
-// corners of the input that are looked at for one of the output, about; where these are many, so many in all or a few for
-// each, since samples are what the fit takes its time for
-#define FIT_SAMPLES 90ul
-#define FIT_MANY 524288ul
-#define FIT_FEW 5ul
 
 __kernel void edge_collapse_fit_sort_roots(
     __global const uint *restrict parents,
@@ -68,9 +66,30 @@ __kernel void edge_collapse_fit_sort_chain(
 // every so many corners of the input are samples; odd, so that no row of a pattern is met at one place alone
 static inline uint fit_stride(__global const uint *counts, const uint triangle_count)
 {
-    const ulong wanted = min(FIT_SAMPLES * counts[1], max(FIT_FEW * counts[1], FIT_MANY));
+    const ulong wanted = min((ulong)FIT_SAMPLES * counts[1], max((ulong)FIT_FEW * counts[1], (ulong)FIT_MANY));
     return (uint)(3ul * triangle_count / max(wanted, 1ul)) | 1u;
 }
+
+// what an item sorts, of every so many corners of the input and of all of the output, and where its part of the sums begins
+typedef struct {
+    uint2 samples, corners;
+    uint stride;
+    size_t part;
+    bool alone; // the part is its own
+} fit_share;
+
+static inline void fit_share_of(fit_share *share, const uint chunk, const uint chunk_count, const uint map_count,
+    const uint row_count, __global const uint *counts, const uint triangle_count)
+{
+    share->alone = chunk_count == map_count;
+    share->part = share->alone ? (size_t)chunk * (row_count + 1) : 0;
+    share->stride = fit_stride(counts, triangle_count);
+    share->samples = chunk_rows(chunk, chunk_count, (3 * triangle_count + share->stride - 1) / share->stride);
+    share->corners = chunk_rows(chunk, chunk_count, 3 * counts[1]);
+}
+
+// the number, and then one more
+static inline uint fit_next(__global uint *number, const bool alone) { return alone ? (*number)++ : atomic_inc(number); }
 
 __kernel void edge_collapse_fit_sort_count(
     __global const uint *restrict triangles,
@@ -88,25 +107,16 @@ __kernel void edge_collapse_fit_sort_count(
     const uint chunk = get_global_id(0);
     if (chunk >= chunk_count || counts[1] > room) return;
 
-    const bool alone = chunk_count == map_count;
-    const size_t part = alone ? (size_t)chunk * (row_count + 1) : 0;
-    owned += part;
-    met += part;
-    if (alone)
+    fit_share share;
+    fit_share_of(&share, chunk, chunk_count, map_count, row_count, counts, triangle_count);
+    owned += share.part, met += share.part;
+    if (share.alone)
         for (uint v = 0; v < counts[0]; ++v) owned[v] = met[v] = 0;
-    const uint stride = fit_stride(counts, triangle_count);
-    uint2 range = chunk_rows(chunk, chunk_count, (3 * triangle_count + stride - 1) / stride);
-    for (uint s = range.x; s < range.y; ++s) {
-        const uint v = vertex_map[triangles[(size_t)s * stride]];
-        if (v == FIT_NONE) continue;
-        if (alone) ++owned[v];
-        else atomic_inc(owned + v);
+    for (uint s = share.samples.x; s < share.samples.y; ++s) {
+        const uint v = vertex_map[triangles[(size_t)s * share.stride]];
+        if (v != FIT_NONE) fit_next(owned + v, share.alone);
     }
-    range = chunk_rows(chunk, chunk_count, 3 * counts[1]);
-    for (uint c = range.x; c < range.y; ++c) {
-        if (alone) ++met[survivors[c]];
-        else atomic_inc(met + survivors[c]);
-    }
+    for (uint c = share.corners.x; c < share.corners.y; ++c) fit_next(met + survivors[c], share.alone);
 }
 
 __kernel void edge_collapse_fit_sort_starts(
@@ -151,24 +161,20 @@ __kernel void edge_collapse_fit_sort_scatter(
     const uint chunk = get_global_id(0);
     if (chunk >= chunk_count || counts[1] > room) return;
 
-    const bool alone = chunk_count == map_count;
-    const size_t part = alone ? (size_t)chunk * (row_count + 1) : 0;
-    owned += part;
-    met += part;
-    const uint stride = fit_stride(counts, triangle_count);
-    uint2 range = chunk_rows(chunk, chunk_count, (3 * triangle_count + stride - 1) / stride);
-    for (uint s = range.x; s < range.y; ++s) {
-        const uint corner = s * stride, u = triangles[corner], v = vertex_map[u];
+    fit_share share;
+    fit_share_of(&share, chunk, chunk_count, map_count, row_count, counts, triangle_count);
+    owned += share.part, met += share.part;
+    for (uint s = share.samples.x; s < share.samples.y; ++s) {
+        const uint corner = s * share.stride, u = triangles[corner], v = vertex_map[u];
         if (v == FIT_NONE) continue;
         const uint2 others = fit_others(corner);
         const float3 a = vload3(u, positions) * prescale, b = vload3(triangles[others.x], positions) * prescale - a;
         const float3 c = vload3(triangles[others.y], positions) * prescale - a, n = cross(b, c);
-        const uint at = alone ? owned[v]++ : atomic_inc(owned + v);
+        const uint at = fit_next(owned + v, share.alone);
         samples[at] = (float4)(a + (b + c) * 0.166666667f, sqrt(dot(n, n)));
     }
-    range = chunk_rows(chunk, chunk_count, 3 * counts[1]);
-    for (uint c = range.x; c < range.y; ++c) {
-        const uint v = survivors[c], at = alone ? met[v]++ : atomic_inc(met + v);
+    for (uint c = share.corners.x; c < share.corners.y; ++c) {
+        const uint v = survivors[c], at = fit_next(met + v, share.alone);
         const uint2 others = fit_others(c);
         vstore3((uint3)(c, survivors[others.x], survivors[others.y]), at, ring);
         slots[c] = at;

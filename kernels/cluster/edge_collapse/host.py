@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.edge_collapse.bound import Limit
 from lodbench.kernels.cluster.edge_collapse.curve import first_of, hilberts
+from lodbench.kernels.cluster.edge_collapse.fit import DEFINES as FIT_DEFINES
 from lodbench.kernels.cluster.edge_collapse.fit import FILES as FIT_FILES
 from lodbench.kernels.cluster.edge_collapse.fit import Fit, Input
 from lodbench.kernels.cluster.edge_collapse.params import Params
@@ -78,7 +79,7 @@ class EdgeCollapse(Mapped):
     """
 
     files = FILES
-    defines: Mapping[str, int] = {"BLOCK": CAPACITY}
+    defines: Mapping[str, int] = {"BLOCK": CAPACITY, **FIT_DEFINES}
 
     def __init__(
         self,

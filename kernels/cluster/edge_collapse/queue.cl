@@ -22,14 +22,6 @@ INLINE void queue_sink(Block *b, uint i, const ulong item)
     b->queue[i] = item;
 }
 
-// an edge among those that are asked, its ends as they are; EDGES where there is no more room
-INLINE uint queue_number(Block *b, const uint u, const uint v)
-{
-    if (b->edge_count >= EDGES) return EDGES;
-    b->edges[b->edge_count] = (uint2)(u | v << 16, (uint)b->version[u] + b->version[v]);
-    return b->edge_count++;
-}
-
 // at the end, in no order, where it costs no more than the threshold: without branches, which are as often this way as that
 INLINE void queue_append(Block *b, const uint u, const uint v, const float cost, const float threshold)
 {
@@ -60,11 +52,12 @@ INLINE void queue_order(Block *b)
     }
 }
 
+// to the heap, its ends as they are; left out where there is no room
 INLINE void queue_push(Block *b, const uint u, const uint v, const float cost)
 {
-    const uint edge = queue_number(b, u, v);
-    if (edge == EDGES) return;
-    const ulong item = (ulong)as_uint(cost) << 32 | edge;
+    if (b->edge_count >= EDGES) return;
+    b->edges[b->edge_count] = (uint2)(u | v << 16, (uint)b->version[u] + b->version[v]);
+    const ulong item = (ulong)as_uint(cost) << 32 | b->edge_count++;
     uint i = b->queued++;
     for (; i > 0 && b->queue[(i - 1) / 4] > item; i = (i - 1) / 4) b->queue[i] = b->queue[(i - 1) / 4];
     b->queue[i] = item;

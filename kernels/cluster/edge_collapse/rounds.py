@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from lodbench.kernels.cluster.edge_collapse.fit import DEFINES as FIT_DEFINES
 from lodbench.kernels.cluster.edge_collapse.fit import FILES as FIT_FILES
 from lodbench.kernels.cluster.edge_collapse.host import BINS, EdgeCollapse
 from lodbench.kernels.cluster.upload import Upload
@@ -49,7 +50,7 @@ class Rounds(EdgeCollapse):
     """
 
     files = FILES
-    defines: Mapping[str, int] = {"MANY": 64}
+    defines: Mapping[str, int] = {"MANY": 64, **FIT_DEFINES}
     most_rounds = MOST
 
     def _sweeps(self, upload: Upload) -> None:
