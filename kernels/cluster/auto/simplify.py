@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.kernels.cluster.attributes import has_attributes
@@ -18,6 +19,7 @@ from lodbench.kernels.cluster.borders import (
     edge_sums,
     places,
 )
+from lodbench.kernels.cluster.edge_collapse.seams import joined
 from lodbench.kernels.cluster.upload import SHARED
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.result import Counters, Result
@@ -60,7 +62,9 @@ def simplify(device: Device, mesh: TriangleMesh, **options: Any) -> Result:
     return replace(result, counters=counters)
 
 
-def joined_places(device: Device, mesh: TriangleMesh) -> tuple[TriangleMesh, Any]:
+def joined_places(
+    device: Device, mesh: TriangleMesh
+) -> tuple[TriangleMesh, NDArray[np.intp] | None]:
     """The mesh with one vertex for each place on its borders, and the vertex of each before; None where all differ.
 
     Vertices inside the surface stay apart from others, as sheets that touch are to.
@@ -69,17 +73,5 @@ def joined_places(device: Device, mesh: TriangleMesh) -> tuple[TriangleMesh, Any
     triangles = device.upload("triangles", mesh.triangles, np.uint32, (None, 3), lent=True)
     if cancel(device.read(edge_sums(device, program, triangles))):
         return mesh, None
-    count = mesh.vertex_count
-    vertices = border_vertices(candidates(device, program, triangles, count))
-    groups = places(mesh.positions[vertices])
-    _, first, which = np.unique(groups, return_index=True, return_inverse=True)
-    if len(first) == len(vertices):
-        return mesh, None
-    kept = np.ones(count, bool)
-    kept[vertices] = False
-    kept[vertices[first]] = True
-    place = np.arange(count)
-    place[vertices] = vertices[first[which]]
-    place = (np.cumsum(kept) - 1)[place]
-    triangles = place[mesh.triangles].astype(np.uint32)
-    return TriangleMesh(mesh.positions[kept], triangles, origin=mesh.origin), place
+    vertices = border_vertices(candidates(device, program, triangles, mesh.vertex_count))
+    return joined(mesh, vertices, places(mesh.positions[vertices]))

@@ -1,4 +1,4 @@
-"""Vertices that a seam of normals, texture coordinates or colours parts: one, while the mesh is simplified."""
+"""Vertices at one place, as where a seam of normals or colours parts them: one vertex, while a mesh is simplified."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.kernels.cluster.borders import places
 
 
 def welded(mesh: TriangleMesh) -> tuple[TriangleMesh, NDArray[np.intp]]:
@@ -15,18 +16,33 @@ def welded(mesh: TriangleMesh) -> tuple[TriangleMesh, NDArray[np.intp]]:
     """
     if _distinct(mesh):
         return mesh.bare(), np.arange(mesh.vertex_count)
-    _, first, place = np.unique(
-        mesh.positions + np.float32(0), axis=0, return_index=True, return_inverse=True
-    )  # -0 is 0
-    place = place.reshape(-1)
-    if len(first) == mesh.vertex_count:
-        return mesh.bare(), np.arange(mesh.vertex_count)
-    order = np.argsort(first, kind="stable")
-    number = np.empty_like(order)
-    number[order] = np.arange(len(order))
-    of = number[place]
+    made, of = joined(mesh, np.arange(mesh.vertex_count), places(mesh.positions))
+    return made.bare(), np.arange(mesh.vertex_count) if of is None else of
+
+
+def joined(
+    mesh: TriangleMesh, vertices: NDArray[np.integer], groups: NDArray[np.intp]
+) -> tuple[TriangleMesh, NDArray[np.intp] | None]:
+    """Positions and triangles with one vertex for each group, its first, in the mesh's order.
+
+    Args:
+        mesh: whose vertices are joined.
+        vertices: (k,) ascending, those that are in groups; the others stay.
+        groups: (k,) the group of each.
+
+    Returns:
+        The mesh, and the vertex of each one before, (n,); the mesh itself and None where no two are in a group.
+    """
+    _, first, group = np.unique(groups, return_index=True, return_inverse=True)
+    if len(first) == len(vertices):
+        return mesh, None
+    own = np.arange(mesh.vertex_count)
+    stands = own.copy()
+    stands[vertices] = vertices[first[group]]
+    kept = stands == own
+    of = (np.cumsum(kept) - 1)[stands]
     triangles = of[mesh.triangles].astype(np.uint32).reshape(-1, 3)
-    return TriangleMesh(mesh.positions[first[order]], triangles, origin=mesh.origin), of
+    return TriangleMesh(mesh.positions[kept], triangles, origin=mesh.origin), of
 
 
 def _distinct(mesh: TriangleMesh) -> bool:
