@@ -10,7 +10,14 @@ import typer
 
 from lodbench.harness.cli.app import Stopped, app
 from lodbench.harness.cli.measure import measure
-from lodbench.harness.cli.options import DeviceOption, JsonOption, OutOption, QuietOption
+from lodbench.harness.cli.options import (
+    DeviceOption,
+    JsonOption,
+    Measuring,
+    OutOption,
+    QuietOption,
+    ThresholdOption,
+)
 from lodbench.harness.cli.output import say, say_json, say_rows
 
 COLUMNS = [
@@ -37,9 +44,7 @@ def guard(
     seconds: Annotated[
         float, typer.Option("--seconds", min=0.0, help="About how long to measure.")
     ] = 60.0,
-    threshold: Annotated[
-        float, typer.Option("--threshold", min=0.0, help="A slowdown below this share is none.")
-    ] = 0.20,
+    threshold: ThresholdOption = 0.20,
     device: DeviceOption = None,
     out: OutOption = None,
     json_output: JsonOption = False,
@@ -64,11 +69,11 @@ def guard(
             )
         for number, (before, tables) in enumerate(work):
             own, _ = measure(
-                tables, device_name=device, out=(out or Path(folder)) / f"run-{number}", resume=False,
-                samples=None, precision=None, time_budget=None, keep=None, seed=0,
-                quick=bool(before.environment["options"].get("quick")), quiet=quiet,
+                tables,
+                Measuring(device, (out or Path(folder)) / f"run-{number}", quiet=quiet),
+                quick=bool(before.environment["options"].get("quick")),
                 options={"sweep": before.environment["options"].get("sweep")},
-            )  # fmt: skip
+            )
             rows += guards.judged(before, read_run(own), threshold)
     if not rows:
         raise ValueError(

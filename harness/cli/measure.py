@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from lodbench.harness.cli.app import records_kept
-from lodbench.harness.cli.options import pattern
+from lodbench.harness.cli.options import Measuring, pattern
 from lodbench.harness.cli.output import say, say_rows
 
 
@@ -33,19 +33,17 @@ def work_of(tables: Sequence[Any], quick: bool, keep: str | None) -> list[tuple[
     return work
 
 
+def noted(how: Measuring, quick: bool, more: dict[str, Any]) -> dict[str, Any]:
+    """The options that a run's folder keeps."""
+    kept = ("samples", "precision", "time_budget")
+    return {**{name: getattr(how, name) for name in kept}, "quick": quick, **more}
+
+
 def measure(
     tables: Sequence[Any],
+    how: Measuring,
     *,
-    device_name: str | None,
-    out: Path | None,
-    resume: bool,
-    samples: int | None,
-    precision: float | None,
-    time_budget: float | None,
-    keep: str | None,
-    seed: int,
     quick: bool,
-    quiet: bool,
     options: dict[str, Any],
 ) -> tuple[Path, list[str]]:
     """Measure these tables' groups into one run folder; returns it and what the time budget did not suffice for."""
@@ -57,21 +55,19 @@ def measure(
     from lodbench.harness.record.samples import pack
     from lodbench.kernels.opencl import Device
 
-    work = work_of(tables, quick, keep)
-    device = Device.open(device_name)
-    options = {
-        "samples": samples, "precision": precision, "time_budget": time_budget, "quick": quick, **options,
-    }  # fmt: skip
-    folder = open_folder(device, options, out=out, resume=resume, seed=seed)
+    work = work_of(tables, quick, how.keep)
+    device = Device.open(how.device)
+    options = noted(how, quick, options)
+    folder = open_folder(device, options, out=how.out, resume=how.resume, seed=how.seed)
     with records_kept(folder):
         session = Session(
-            device, folder, samples=samples, time_budget_s=time_budget, seed=seed,
-            precision=precision if precision is not None else 2 * NARROW if quick else NARROW,
+            device, folder, samples=how.samples, time_budget_s=how.time_budget, seed=how.seed,
+            precision=how.precision if how.precision is not None else 2 * NARROW if quick else NARROW,
         )  # fmt: skip
         try:
             if read_run(folder).limits is None:
                 session.note("limits", **vars(limits.measure(device)))
-            left_out = session.measure(work, quiet)
+            left_out = session.measure(work, how.quiet)
         finally:
             session.close()
         if not left_out:

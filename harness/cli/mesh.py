@@ -26,6 +26,7 @@ from lodbench.harness.cli.options import (
     JsonOption,
     OwnOption,
     QuietOption,
+    method_option,
     parameters,
 )
 from lodbench.harness.cli.output import say
@@ -161,15 +162,7 @@ def simplify(
             "edge_collapse and octrees.",
         ),
     ] = None,
-    method: Annotated[
-        str | None,
-        typer.Option(
-            "--method",
-            "-m",
-            autocompletion=complete.simplify_methods,
-            help="A system with this verb; default: the first that takes the surface.",
-        ),
-    ] = None,
+    method: Annotated[str | None, method_option(complete.simplify_methods)] = None,
     region: Annotated[
         list[str] | None,
         typer.Option(
@@ -252,15 +245,7 @@ def refine(
     segments: Annotated[
         int, typer.Option("--segments", "-n", help="Segments along each edge of each triangle.")
     ] = 4,
-    method: Annotated[
-        str | None,
-        typer.Option(
-            "--method",
-            "-m",
-            autocompletion=complete.refine_methods,
-            help="A system with this verb; default: the first that takes the surface.",
-        ),
-    ] = None,
+    method: Annotated[str | None, method_option(complete.refine_methods)] = None,
     settings: OwnOption = None,
     displace: Annotated[
         str | None,

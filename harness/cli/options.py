@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -45,6 +49,10 @@ ResumeOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")]
 SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Of bootstrap and error samples.")]
+RunArgument = Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder.")]
+ThresholdOption = Annotated[
+    float, typer.Option("--threshold", min=0.0, help="A slowdown below this share is none.")
+]
 SystemArgument = Annotated[
     str,
     typer.Argument(help="A name from `lodbench list systems`.", autocompletion=complete.systems),
@@ -73,8 +81,6 @@ CaseOption = Annotated[
     str | None,
     typer.Option("--case", autocompletion=complete.cases, help="A named parameter set."),
 ]
-
-
 SettingsOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -88,6 +94,45 @@ OwnOption = Annotated[
         "--set", "-s", help="NAME=VALUE, the method's own; `lodbench list systems METHOD` names them."
     ),
 ]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Measuring:
+    """How `run`, `sweep` and `reproduce` measure, where to, and what they say: the options that they share."""
+
+    device: DeviceOption = None
+    out: OutOption = None
+    samples: SamplesOption = None
+    precision: PrecisionOption = None
+    time_budget: BudgetOption = None
+    keep: FilterOption = None
+    resume: ResumeOption = False
+    seed: SeedOption = 0
+    json_output: JsonOption = False
+    quiet: QuietOption = False
+
+
+def measuring(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of `Measuring` after its own; it has them as one, its last parameter, `how`."""
+    own = inspect.signature(command, eval_str=True).parameters
+    shared = inspect.signature(Measuring, eval_str=True).parameters
+
+    @wraps(command)
+    def with_options(**given: Any) -> None:
+        how = Measuring(**{name: given.pop(name) for name in shared})
+        command(**given, how=how)
+
+    options = [*list(own.values())[:-1], *shared.values()]
+    with_options.__signature__ = inspect.Signature(options)  # pyright: ignore[reportAttributeAccessIssue]
+    return with_options
+
+
+def method_option(offered: Callable[..., Any]) -> Any:
+    """--method, of a verb; `offered` completes it."""
+    return typer.Option(
+        "--method", "-m", autocompletion=offered,
+        help="A system with this verb; default: the first that takes the surface.",
+    )  # fmt: skip
 
 
 def parameters(settings: list[str] | None) -> dict[str, Any]:

@@ -10,13 +10,19 @@ import typer
 
 from lodbench.harness.cli import complete, options
 from lodbench.harness.cli.app import app
-from lodbench.harness.cli.options import DeviceOption, FilterOption, JsonOption
+from lodbench.harness.cli.options import (
+    DeviceOption,
+    FilterOption,
+    JsonOption,
+    RunArgument,
+    ThresholdOption,
+)
 from lodbench.harness.cli.output import say, say_json, say_rows
 
 
 @app.command()
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder.")],
+    folder: RunArgument,
     pictures: Annotated[
         bool, typer.Option("--pictures", help="Draw its pictures anew: methods are run again.")
     ] = False,
@@ -76,7 +82,7 @@ def claims(
 
 @app.command()
 def plot(
-    folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder.")],
+    folder: RunArgument,
     x: Annotated[str, typer.Option("--x", help="The key of a column, or a fact of the case.")],
     y: Annotated[str, typer.Option("--y", help="The key of a column of numbers.")],
     series: Annotated[
@@ -121,9 +127,7 @@ def compare(
             metavar="[B2]...", help="More runs of B's code: slower is what is so in all."
         ),
     ] = None,
-    threshold: Annotated[
-        float, typer.Option("--threshold", min=0.0, help="A slowdown below this share is none.")
-    ] = 0.05,
+    threshold: ThresholdOption = 0.05,
     keep: FilterOption = None,
     json_output: JsonOption = False,
 ) -> None:

@@ -8,36 +8,17 @@ import typer
 
 from lodbench.harness.cli.app import app, records_kept
 from lodbench.harness.cli.measure import measure, show, tell_left_out
-from lodbench.harness.cli.options import (
-    BudgetOption,
-    DeviceOption,
-    FilterOption,
-    JsonOption,
-    OutOption,
-    PrecisionOption,
-    QuietOption,
-    ResumeOption,
-    SamplesOption,
-    SeedOption,
-    TablesArgument,
-)
+from lodbench.harness.cli.options import Measuring, TablesArgument, measuring
 from lodbench.harness.cli.output import say, say_json
 
 
 @app.command()
+@measuring
 def reproduce(
     names: TablesArgument = None,
     quick: Annotated[bool, typer.Option("--quick", help="Smaller inputs: minutes.")] = False,
-    device: DeviceOption = None,
-    out: OutOption = None,
-    samples: SamplesOption = None,
-    precision: PrecisionOption = None,
-    time_budget: BudgetOption = None,
-    keep: FilterOption = None,
-    resume: ResumeOption = False,
-    seed: SeedOption = 0,
-    json_output: JsonOption = False,
-    quiet: QuietOption = False,
+    *,
+    how: Measuring,
 ) -> None:
     """Measure the papers' tables, and make tables, figures and one HTML report of them.
 
@@ -47,16 +28,13 @@ def reproduce(
     from lodbench.harness.report import derive
 
     chosen = [table(name) for name in names] if names else list(tables().values())
-    folder, left_out = measure(
-        chosen, device_name=device, out=out, resume=resume, samples=samples,
-        precision=precision, time_budget=time_budget, keep=keep, seed=seed, quick=quick, quiet=quiet, options={},
-    )  # fmt: skip
+    folder, left_out = measure(chosen, how, quick=quick, options={})
     with records_kept(folder):
         made = derive.write_tables(folder)
-        if lacking := derive.draw_pictures(folder, device):
+        if lacking := derive.draw_pictures(folder, how.device):
             say(lacking)
         page = derive.write_report(folder)
-    if json_output:
+    if how.json_output:
         say_json({"folder": folder, "report": page, "tables": made})
     else:
         for document in made:

@@ -3,60 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from lodbench.harness.cli.app import app, records_kept
-from lodbench.harness.cli.measure import measure, show, tell_left_out, work_of
+from lodbench.harness.cli.measure import measure, noted, show, tell_left_out, work_of
 from lodbench.harness.cli.options import (
     AgainstOption,
-    BudgetOption,
     CaseOption,
     DatasetsOption,
-    DeviceOption,
-    FilterOption,
-    JsonOption,
-    OutOption,
-    PrecisionOption,
-    QuietOption,
-    ResumeOption,
-    SamplesOption,
-    SeedOption,
+    Measuring,
     SettingsOption,
     SystemArgument,
+    measuring,
     parameters,
 )
 from lodbench.harness.cli.output import hint, say, say_json, say_rows
 
 
 def _here(
-    spec: dict[str, Any], devices: Sequence[str | None], out: Path | None, **given: Any
+    spec: dict[str, Any], devices: Sequence[str | None], how: Measuring
 ) -> Iterator[tuple[Path, list[str]]]:
     """Measure on this machine's devices, one after the other; each folder, and what was left out."""
     from lodbench.harness.plan import sweep
 
     for number, name in enumerate(devices):
-        yield measure(
-            [sweep.table(spec)], device_name=name, quick=False, options={"sweep": spec},
-            out=out / f"device-{number}" if out is not None and len(devices) > 1 else out, **given,
-        )  # fmt: skip
+        out = how.out / f"device-{number}" if how.out is not None and len(devices) > 1 else how.out
+        own = replace(how, device=name, out=out)
+        yield measure([sweep.table(spec)], own, quick=False, options={"sweep": spec})
 
 
 def _over_machines(
-    spec: dict[str, Any],
-    devices: Sequence[str | None],
-    out: Path | None,
-    address: str,
-    *,
-    samples: int | None,
-    precision: float | None,
-    time_budget: float | None,
-    seed: int,
-    resume: bool,
-    keep: str | None,
-    quiet: bool,
+    spec: dict[str, Any], devices: Sequence[str | None], how: Measuring, address: str
 ) -> list[tuple[Path, list[str]]]:
     """Measure on the workers of a Dask cluster; each folder, and what was left out."""
     from lodbench.harness.measure.cluster import connected
@@ -64,51 +45,38 @@ def _over_machines(
     from lodbench.harness.measure.timing import NARROW
     from lodbench.harness.plan import sweep
 
-    work = work_of([sweep.table(spec)], False, keep)
-    arguments = {
-        "samples": samples, "precision": NARROW if precision is None else precision, "seed": seed,
-    }  # fmt: skip
-    options = {
-        "samples": samples, "precision": precision, "time_budget": time_budget, "quick": False,
-        "sweep": spec,
-    }  # fmt: skip
+    work = work_of([sweep.table(spec)], False, how.keep)
+    precision = NARROW if how.precision is None else how.precision
+    arguments = {"samples": how.samples, "precision": precision, "seed": how.seed}
     with connected(address) as cluster:
         spread = Spread(
-            cluster, work, devices, arguments=arguments, options=options, out=out, resume=resume,
-            time_budget_s=time_budget, quiet=quiet,
+            cluster, work, devices, arguments=arguments, options=noted(how, False, {"sweep": spec}),
+            out=how.out, resume=how.resume, time_budget_s=how.time_budget, quiet=how.quiet,
         )  # fmt: skip
-        with records_kept(out or Path("the last run's folder")):
+        with records_kept(how.out or Path("the last run's folder")):
             return spread.measure()
 
 
-def _sweep(
-    spec: dict[str, Any],
-    out: Path | None,
-    json_output: bool,
-    *,
-    device_name: str | None,
-    dask: str | None = None,
-    **given: Any,
-) -> None:
+def _sweep(spec: dict[str, Any], how: Measuring, dask: str | None = None) -> None:
     from lodbench.harness.report import derive
 
     documents = []
-    devices = [device_name] if device_name else spec.get("devices") or [None]
+    devices = [how.device] if how.device else spec.get("devices") or [None]
     if dask:
-        measured = iter(_over_machines(spec, devices, out, dask, **given))
+        measured = iter(_over_machines(spec, devices, how, dask))
     else:
-        measured = _here(spec, devices, out, **given)
+        measured = _here(spec, devices, how)
     for folder, left_out in measured:
         with records_kept(folder):
             made = derive.write_tables(folder)
             documents += made
             report = derive.write_report(folder)
-        if not json_output:
+        if not how.json_output:
             for document in made:
                 show(folder, document)
             say(f"records, tables{' and report' if report else ''}: {folder}")
         tell_left_out(left_out, folder)
-    if json_output:
+    if how.json_output:
         say_json(documents)
 
 
@@ -135,6 +103,7 @@ def _tell_plan(spec: dict[str, Any], keep: str | None, names_only: bool, json_ou
 
 
 @app.command()
+@measuring
 def run(
     system: SystemArgument,
     dataset: DatasetsOption = None,
@@ -142,16 +111,8 @@ def run(
     case: CaseOption = None,
     settings: SettingsOption = None,
     quality: Annotated[bool, typer.Option("--quality", help="Error and topology too.")] = False,
-    device: DeviceOption = None,
-    out: OutOption = None,
-    samples: SamplesOption = None,
-    precision: PrecisionOption = None,
-    time_budget: BudgetOption = None,
-    keep: FilterOption = None,
-    resume: ResumeOption = False,
-    seed: SeedOption = 0,
-    json_output: JsonOption = False,
-    quiet: QuietOption = False,
+    *,
+    how: Measuring,
 ) -> None:
     """Measure one system, alone or in turns with others, and show the row.
 
@@ -174,13 +135,11 @@ def run(
     for name in spec["datasets"]:
         if probably := catalogue.hint(name):
             hint(probably)
-    _sweep(
-        sweep.with_files(spec, Path()), out, json_output, device_name=device, resume=resume, samples=samples,
-        precision=precision, time_budget=time_budget, keep=keep, seed=seed, quiet=quiet,
-    )  # fmt: skip
+    _sweep(sweep.with_files(spec, Path()), how)
 
 
 @app.command("sweep")
+@measuring
 def sweep_command(
     file: Annotated[Path, typer.Argument(help="TOML: systems, datasets, params (lists are axes).")],
     dask: Annotated[
@@ -191,16 +150,8 @@ def sweep_command(
         bool, typer.Option("--dry-run", help="Show what would be measured.")
     ] = False,
     names: Annotated[bool, typer.Option("--list", help="Its groups, a name a line.")] = False,
-    device: DeviceOption = None,
-    out: OutOption = None,
-    samples: SamplesOption = None,
-    precision: PrecisionOption = None,
-    time_budget: BudgetOption = None,
-    keep: FilterOption = None,
-    resume: ResumeOption = False,
-    seed: SeedOption = 0,
-    json_output: JsonOption = False,
-    quiet: QuietOption = False,
+    *,
+    how: Measuring,
 ) -> None:
     """Measure systems x datasets x parameters from a file; every sample is kept.
 
@@ -218,9 +169,6 @@ def sweep_command(
 
     spec = sweep.read(file)
     if dry_run or names:
-        _tell_plan(spec, keep, names, json_output)
+        _tell_plan(spec, how.keep, names, how.json_output)
         return
-    _sweep(
-        spec, out, json_output, device_name=device, dask=dask, resume=resume, samples=samples,
-        precision=precision, time_budget=time_budget, keep=keep, seed=seed, quiet=quiet,
-    )  # fmt: skip
+    _sweep(spec, how, dask)

@@ -16,6 +16,7 @@ from lodbench.harness.cli.options import (
     JsonOption,
     OwnOption,
     QuietOption,
+    method_option,
     parameters,
 )
 from lodbench.harness.cli.output import say
@@ -55,15 +56,7 @@ def tessellate(
             help="In place of a level: pixels that a cell of NURBS surfaces may cover, as --view sees them, or whole.",
         ),
     ] = None,
-    method: Annotated[
-        str | None,
-        typer.Option(
-            "--method",
-            "-m",
-            autocompletion=complete.tessellate_methods,
-            help="A system with this verb; default: the first that takes the surface.",
-        ),
-    ] = None,
+    method: Annotated[str | None, method_option(complete.tessellate_methods)] = None,
     view: Annotated[
         str | None,
         typer.Option(
