@@ -15,6 +15,12 @@
 
 #define CELL_VERTICES 96 // of both triangles, up to a whole vector
 
+// triangles of a mask with so many vertices, some of which are among the nodes on `edges`
+static inline uint bezier_faces(const uint vertices, const ulong mask, const ulong edges)
+{
+    return 2 * vertices - 2 - (uint)popcount(mask & edges);
+}
+
 // is there room for all? The first item writes how much there is, or nothing
 static inline bool bezier_fits(__global uint *counts, const uint vertices, const uint triangles, const uint vertex_room,
     const uint triangle_room, const uint item)
@@ -90,11 +96,12 @@ static inline uint bezier_samples(uchar *samples, const ulong2 masks)
     return count;
 }
 
-// vertices at samples of the cell, from vertex `first` on
+// vertices at samples of cell `number`, from vertex `first` on
 static inline void bezier_emit_at(__global float *restrict positions, __global float *restrict normals,
-    __global const float *restrict controls, __global const uint *restrict sources, const bezier_cell cell,
+    __global const float *restrict controls, __global const uint *restrict sources, const uint number,
     const uchar *samples, const uint count, const uint first, const uint side)
 {
+    const bezier_cell cell = bezier_cell_of(number, (side - 1) / CELL);
     bezier_patch patch;
     bezier_patch_at(&patch, controls, cell.patch);
     float16 steps[3];
@@ -132,12 +139,12 @@ static inline void bezier_emit_at(__global float *restrict positions, __global f
 #endif
 }
 
-// vertices of both masks, from vertex `first` on
+// vertices of both masks of cell `number`, from vertex `first` on
 static inline void bezier_emit(__global float *restrict positions, __global float *restrict normals,
-    __global const float *restrict controls, __global const uint *restrict sources, const bezier_cell cell,
+    __global const float *restrict controls, __global const uint *restrict sources, const uint number,
     const ulong2 masks, const uint first, const uint side)
 {
     uchar samples[CELL_VERTICES];
     const uint count = bezier_samples(samples, masks);
-    bezier_emit_at(positions, normals, controls, sources, cell, samples, count, first, side);
+    bezier_emit_at(positions, normals, controls, sources, number, samples, count, first, side);
 }

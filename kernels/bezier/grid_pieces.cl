@@ -104,7 +104,7 @@ __kernel void bezier_grid_pieces_test(
         masks[2 * number + k] = mask;
         const uint count = (uint)popcount(bezier_nodes(mask));
         vertices += count;
-        faces += 2 * count - 2 - (uint)popcount(mask & (cut ? HALF_EDGES : TRIANGLE_EDGES));
+        faces += bezier_faces(count, mask, cut ? HALF_EDGES : TRIANGLE_EDGES);
     }
     vertex_counts[number] = vertices;
     triangle_counts[number] = faces;
@@ -138,12 +138,11 @@ __kernel void bezier_grid_pieces_emit(
 
     if (!bezier_fits(counts, vertex_total[0], triangle_total[0], vertex_room, triangle_room, number)) return;
 
-    const bezier_cell cell = bezier_cell_of(number, (side - 1) / CELL);
     const ulong2 both = vload2(number, masks);
     uint first = vertex_offsets[number];
     uchar samples[CELL_VERTICES];
     const uint vertices = bezier_samples(samples, both);
-    bezier_emit_at(positions, normals, controls, sources, cell, samples, vertices, first, side);
+    bezier_emit_at(positions, normals, controls, sources, number, samples, vertices, first, side);
 #if NORMALS
     if (diagonal > 0.0f) {
         float table[RISE_PLACES * RISE_PLACES];
@@ -158,9 +157,8 @@ __kernel void bezier_grid_pieces_emit(
     for (uint t = 0; t < 2; ++t) {
         const ulong mask = t ? both.y : both.x, nodes = bezier_nodes(mask);
         uchar list[3 * STRIP_TRIANGLES];
-        const uint count = 3 * (bezier_way(mask) >= FIRST_HALF ? half_strips(list, mask) : bezier_strips(list, nodes));
-        for (uint k = 0; k < count; ++k) to[k] = first + list[k];
-        to += count;
+        const uint count = bezier_way(mask) >= FIRST_HALF ? half_strips(list, mask) : bezier_strips(list, nodes);
+        to = bezier_put_triangles(to, list, count, first);
         first += (uint)popcount(nodes);
     }
 }

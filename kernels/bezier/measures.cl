@@ -87,32 +87,35 @@ static inline void bezier_outline(float *out, const bezier_patch *patch, const b
 }
 #endif
 
-// what the tests compare, at all samples of a cell or those alone that edges may need; `measure`: 1 / diagonal, least
+// what the tests compare, at all samples of cell `number` or those alone that edges may need; `measure`: 1 / diagonal, least
 // measure
-static inline void bezier_measures_of(bezier_measures *m, const bezier_patch *patch, const bezier_map map,
-    const bezier_cell cell, const uint side, const float2 measure, const float16 screen, const bool edges_alone)
+static inline void bezier_measures_of(bezier_measures *m, __global const float *controls, const bezier_map map,
+    const uint number, const uint side, const float2 measure, const float16 screen, const bool edges_alone)
 {
+    const bezier_cell cell = bezier_cell_of(number, (side - 1) / CELL);
+    bezier_patch patch;
+    bezier_patch_at(&patch, controls, cell.patch);
     m->least = measure.y;
     m->borders = (cell.i == 0) | (cell.i + CELL == side - 1) << 1 | (cell.j == 0) << 2 | (cell.j + CELL == side - 1) << 3;
 #if TEST == 1
     float points[CELL_FLOATS];
-    bezier_cell_rows(points, m->at, patch, map, cell, 0x1ff, side);
+    bezier_cell_rows(points, m->at, &patch, map, cell, 0x1ff, side);
     for (uint k = 0; k < 2; ++k) {
-        const float16 c = patch->rows[3 * k];
+        const float16 c = patch.rows[3 * k];
         if (m->borders >> k & 1)
             bezier_tangents(m->along[k], c.s0123, c.s4567, c.s89ab, c.scdef, map, cell.j, measure.x);
         if (m->borders >> (2 + k) & 1) {
             float4 b[4];
-            for (uint r = 0; r < 4; ++r) b[r] = k ? patch->rows[r].scdef : patch->rows[r].s0123;
+            for (uint r = 0; r < 4; ++r) b[r] = k ? patch.rows[r].scdef : patch.rows[r].s0123;
             bezier_tangents(m->along[2 + k], b[0], b[1], b[2], b[3], map, cell.i, measure.x);
         }
     }
 #else
     if (edges_alone) {
-        bezier_outline(m->at, patch, map, cell, side, measure, screen);
+        bezier_outline(m->at, &patch, map, cell, side, measure, screen);
         return;
     }
-    bezier_cell_rows(m->at, m->at, patch, map, cell, 0x1ff, side);
+    bezier_cell_rows(m->at, m->at, &patch, map, cell, 0x1ff, side);
     for (uint k = 0; k < CELL_SIDE * CELL_SIDE; ++k)
         vstore3(bezier_compared(vload3(k, m->at), measure, screen), k, m->at);
 #endif

@@ -74,3 +74,10 @@ static inline uint bezier_strips(uchar *list, const ulong mask)
     }
     return count;
 }
+
+// triangles of a list to their place, their vertices from number `first` on; returns the place behind them
+static inline __global uint *bezier_put_triangles(__global uint *to, const uchar *list, const uint count, const uint first)
+{
+    for (uint k = 0; k < 3 * count; ++k) to[k] = first + list[k];
+    return to + 3 * count;
+}

@@ -38,12 +38,9 @@ __kernel void dabt_geometry_test(
     const uint number = get_global_id(0);
     if (number >= cell_count) return;
 
-    const bezier_cell cell = bezier_cell_of(number, (side - 1) / CELL);
     const bezier_map weights = {map, map_stride};
-    bezier_patch patch;
-    bezier_patch_at(&patch, controls, cell.patch);
     bezier_measures m;
-    bezier_measures_of(&m, &patch, weights, cell, side, measure, screen, false);
+    bezier_measures_of(&m, controls, weights, number, side, measure, screen, false);
     bezier_coarse both[2];
     bezier_coarse_both(both, &m, depth);
     uint vertices = 0, faces = 0;
@@ -67,7 +64,7 @@ __kernel void dabt_geometry_test(
         masks[2 * number + t] = mask | (ulong)own.way << 60;
         const uint count = (uint)popcount(mask);
         vertices += count;
-        faces += 2 * count - 2 - (uint)popcount(mask & candidates[16]);
+        faces += bezier_faces(count, mask, candidates[16]);
     }
     vertex_counts[number] = vertices;
     triangle_counts[number] = faces;
@@ -95,17 +92,14 @@ __kernel void dabt_geometry_emit(
 
     if (!bezier_fits(counts, vertex_total[0], triangle_total[0], vertex_room, triangle_room, number)) return;
 
-    const bezier_cell cell = bezier_cell_of(number, (side - 1) / CELL);
     const ulong2 both = vload2(number, masks);
     uint first = vertex_offsets[number];
-    bezier_emit(positions, normals, controls, sources, cell, both, first, side);
+    bezier_emit(positions, normals, controls, sources, number, both, first, side);
     __global uint *to = triangles + 3 * (size_t)triangle_offsets[number];
     for (uint t = 0; t < 2; ++t) {
         const ulong mask = bezier_nodes(t ? both.y : both.x);
         uchar list[3 * STRIP_TRIANGLES];
-        const uint count = 3 * bezier_strips(list, mask);
-        for (uint k = 0; k < count; ++k) to[k] = first + list[k];
-        to += count;
+        to = bezier_put_triangles(to, list, bezier_strips(list, mask), first);
         first += (uint)popcount(mask);
     }
 }

@@ -43,12 +43,9 @@ __kernel void semi_adaptive_geometry_test(
     const uint at = get_global_id(0);
     if (at >= cell_count) return;
 
-    const bezier_cell cell = bezier_cell_of(at, (side - 1) / CELL);
     const bezier_map weights = {map, map_stride};
-    bezier_patch patch;
-    bezier_patch_at(&patch, controls, cell.patch);
     bezier_measures m;
-    bezier_measures_of(&m, &patch, weights, cell, side, measure, screen, true);
+    bezier_measures_of(&m, controls, weights, at, side, measure, screen, true);
     bezier_coarse both[2];
     bezier_coarse_both(both, &m, depth);
     uint vertices = 0, faces = 0;
@@ -59,7 +56,7 @@ __kernel void semi_adaptive_geometry_test(
         masks[2 * at + t] = mask | (ulong)both[t].way << 60, numbers[2 * at + t] = number;
         const uint count = (uint)popcount(mask);
         vertices += count;
-        faces += 2 * count - 2 - (uint)popcount(mask & candidates[16]);
+        faces += bezier_faces(count, mask, candidates[16]);
     }
     vertex_counts[at] = vertices;
     triangle_counts[at] = faces;
@@ -90,15 +87,14 @@ __kernel void semi_adaptive_geometry_emit(
 
     if (!bezier_fits(counts, vertex_total[0], triangle_total[0], vertex_room, triangle_room, at)) return;
 
-    const bezier_cell cell = bezier_cell_of(at, (side - 1) / CELL);
     const ulong2 both = vload2(at, masks);
     uint first = vertex_offsets[at];
-    bezier_emit(positions, normals, controls, sources, cell, both, first, side);
+    bezier_emit(positions, normals, controls, sources, at, both, first, side);
     __global uint *to = triangles + 3 * (size_t)triangle_offsets[at];
     for (uint t = 0; t < 2; ++t) {
         __global const uint *list = lists + (size_t)numbers[2 * at + t] * LIST_WORDS;
         const ulong mask = bezier_nodes(t ? both.y : both.x);
-        const uint vertices = (uint)popcount(mask), count = 3 * (2 * vertices - 2 - (uint)popcount(mask & candidates[16]));
+        const uint vertices = (uint)popcount(mask), count = 3 * bezier_faces(vertices, mask, candidates[16]);
         uint k = 0;
         for (; k + 8 <= count; k += 8) {
             const uint2 words = vload2(k / 8, list);
