@@ -32,12 +32,6 @@ static inline bezier_cell bezier_cell_of(const uint cell, const uint across)
     return found;
 }
 
-static inline void bezier_patch_at(bezier_patch *patch, __global const float *restrict controls, const uint p)
-{
-    __global const float *c = controls + CONTROL_FLOATS * (size_t)p;
-    bezier_patch_of(patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
-}
-
 static inline uint bezier_node(const uint r, const uint c) { return r * (r + 1) / 2 + c; }
 
 // of the cell's 81 samples, 9 i + j, those at a triangle's corners: row 0, left and right end of the base

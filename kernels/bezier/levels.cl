@@ -140,9 +140,8 @@ __kernel void bezier_levels_snap(
             at = levels_place(whose / 2 & 3, (whose & 1 ? n - k : k) * step);
         }
 #if NORMALS
-        __global const float *o = controls + CONTROL_FLOATS * (size_t)owner;
         bezier_patch patch;
-        bezier_patch_of(&patch, vload16(0, o), vload16(1, o), vload16(2, o), vload16(3, o));
+        bezier_patch_at(&patch, controls, owner);
         vstore3(bezier_unit(bezier_cross_at(&patch, at.x, at.y), &patch, at.x, at.y), slot, normals);
 #endif
     }

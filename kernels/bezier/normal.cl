@@ -26,9 +26,9 @@ static inline float3 bezier_cross_at(const bezier_patch *patch, const float u, c
 }
 
 // `n` as a unit; where it is none, that of a place nearer to the middle
-static inline float3 bezier_unit(float3 n, const bezier_patch *patch, const float u, const float v)
+static inline float3 bezier_unit(const float3 n, const bezier_patch *patch, const float u, const float v)
 {
     if (normals_square(n) <= DEGENERATE)
-        n = bezier_cross_at(patch, u + INWARDS * (0.5f - u), v + INWARDS * (0.5f - v));
+        return normals_unit(bezier_cross_at(patch, u + INWARDS * (0.5f - u), v + INWARDS * (0.5f - v)));
     return normals_unit(n);
 }

@@ -29,6 +29,13 @@ static inline void bezier_patch_of(
     patch->scale = a.s3;
 }
 
+// patch p
+static inline void bezier_patch_at(bezier_patch *patch, __global const float *restrict controls, const size_t p)
+{
+    __global const float *c = controls + CONTROL_FLOATS * p;
+    bezier_patch_of(patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
+}
+
 // a cubic's four control points as powers of t - 1/2, of any width; exact zeros where they are one
 #define BEZIER_TO_POWERS(powers, a, b, c, d)                                                                           \
     (powers)[0] = 0.125f * ((a) + (d)) + 0.375f * ((b) + (c));                                                         \

@@ -178,3 +178,12 @@ static inline uint bezier_rows(OUTPUT float *points, OUTPUT float *normals, cons
     }
     return done;
 }
+
+// block number `block` of the rows of a patch whose vertices begin with number `first`
+static inline void bezier_block_rows(OUTPUT float *points, OUTPUT float *normals, const bezier_patch *patch,
+    const bezier_map map, const uint first, const uint block, const uint side)
+{
+    const uint vertex = block * BEZIER_ROWS * side, count = min(BEZIER_ROWS * side, side * side - vertex);
+    const size_t at = 3 * ((size_t)first + vertex);
+    bezier_rows(points + at, normals + (NORMALS ? at : 0), patch, map, vertex, count, side);
+}

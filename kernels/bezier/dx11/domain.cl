@@ -82,9 +82,8 @@ __kernel void dx11_domain(
     if (row >= row_count) return;
 
     const uint side = segments + 1, p = row / side, i = row % side;
-    __global const float *c = controls + CONTROL_FLOATS * (size_t)p;
     bezier_patch patch;
-    bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
+    bezier_patch_at(&patch, controls, p);
     __global float *points = positions + 3 * (size_t)row * side;
     __global float *directions = normals + (NORMALS ? 3 * (size_t)row * side : 0);
     __global const float *own = factors + 4 * p;

@@ -97,9 +97,8 @@ __kernel void gst_geometry(
 
     const uint across = segments / ZONE_COLUMNS, each = across * (segments / ZONE_ROWS);
     const uint i = zone % each / across * ZONE_ROWS, j = zone % across * ZONE_COLUMNS;
-    __global const float *c = controls + CONTROL_FLOATS * (size_t)(zone / each);
     bezier_patch patch;
-    bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
+    bezier_patch_at(&patch, controls, zone / each);
     OUTPUT_BEGIN(points, ZONE, positions + 3 * (size_t)zone * ZONE);
     OUTPUT_BEGIN(directions, NORMALS ? ZONE : 1, normals + (NORMALS ? 3 * (size_t)zone * ZONE : 0));
     gst_zone(points, directions, &patch, i, j, segments);
@@ -125,9 +124,8 @@ __kernel void gst_geometry_levels(
     const uint p = get_global_id(0) / each, zone = get_global_id(0) % each;
     if (p >= patch_count || levels[p] != level) return;
 
-    __global const float *c = controls + CONTROL_FLOATS * (size_t)p;
     bezier_patch patch;
-    bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
+    bezier_patch_at(&patch, controls, p);
     const size_t first = 3 * ((size_t)offsets[p] + zone * ZONE);
     const uint i = zone / across * ZONE_ROWS, j = zone % across * ZONE_COLUMNS;
     gst_zone(positions + first, normals + (NORMALS ? first : 0), &patch, i, j, segments);

@@ -33,9 +33,8 @@ __kernel void vst_vertex(
     ulong p = first / each;
     uint vertex = (uint)(first - p * each);
     for (uint done = 0; done < count; ++p, vertex = 0) {
-        __global const float *c = controls + CONTROL_FLOATS * p;
         bezier_patch patch;
-        bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
+        bezier_patch_at(&patch, controls, p);
         done += bezier_rows(
             points + 3 * done, directions + (NORMALS ? 3 * done : 0), &patch, weights, vertex, count - done, side);
     }
@@ -64,12 +63,8 @@ __kernel void vst_vertex_levels(
     if (p >= patch_count || levels[p] != level) return;
 
     const bezier_map weights = {map, map_stride};
-    const uint side = (1u << level) + 1, vertex = get_global_id(0) % blocks * BEZIER_ROWS * side;
-    const size_t first = offsets[p] + vertex;
-    __global const float *c = controls + CONTROL_FLOATS * (size_t)p;
     bezier_patch patch;
-    bezier_patch_of(&patch, vload16(0, c), vload16(1, c), vload16(2, c), vload16(3, c));
-    const uint count = min(BEZIER_ROWS * side, side * side - vertex);
-    bezier_rows(positions + 3 * first, normals + (NORMALS ? 3 * first : 0), &patch, weights, vertex, count, side);
+    bezier_patch_at(&patch, controls, p);
+    bezier_block_rows(positions, normals, &patch, weights, offsets[p], get_global_id(0) % blocks, (1u << level) + 1);
 }
 #endif

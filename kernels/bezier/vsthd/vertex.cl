@@ -35,15 +35,13 @@ __constant sampler_t vsthd_texel = CLK_NORMALIZED_COORDS_FALSE | CLK_ADDRESS_CLA
 
 // the same of the patches that have this level, each where its vertices begin
 #define VSTHD_LEVELS(PATCH)                                                                                            \
-    const uint side = (1u << level) + 1, k = get_global_id(0) / blocks;                                                \
+    const uint k = get_global_id(0) / blocks;                                                                          \
     if (k >= patch_count || levels[first_patch + k] != level) return;                                                  \
     const bezier_map weights = {map, map_stride};                                                                      \
-    const uint vertex = get_global_id(0) % blocks * BEZIER_ROWS * side;                                                \
-    const uint count = min(BEZIER_ROWS * side, side * side - vertex);                                                  \
-    const size_t first = 3 * ((size_t)offsets[first_patch + k] + vertex);                                              \
     bezier_patch patch;                                                                                                \
     bezier_patch_of(&patch, PATCH(k, 0), PATCH(k, 1), PATCH(k, 2), PATCH(k, 3));                                       \
-    bezier_rows(positions + first, normals + (NORMALS ? first : 0), &patch, weights, vertex, count, side);
+    bezier_block_rows(                                                                                                 \
+        positions, normals, &patch, weights, offsets[first_patch + k], get_global_id(0) % blocks, (1u << level) + 1);
 
 #define IN_UNIFORMS(k, row) vload16(4 * (k) + row, uniforms)
 #define IN_CONTROLS(k, row) vload16(4 * (size_t)(first_patch + (k)) + row, controls)
