@@ -99,7 +99,8 @@ def _shaded(model: str, copies: int, level: int, drawn: bool = True) -> Group:
     )
     facts = {"scene": f"S{copies} {model}, {'drawn' if drawn else 'points kept'}", "level": level}
     weight = 2.0 * 4 ** (level - 4)
-    return Group(_scene_name(model, copies), subjects, facts, weight=weight, standin_ok=True)
+    name = _scene_name(model, copies)
+    return Group(name, subjects, facts, weight=weight, standin_ok=True, warm=True)
 
 
 def _scene_name(model: str, copies: int) -> str:
@@ -197,7 +198,7 @@ TABLE = Table(
         "Each peer on the host takes turns with vst alone, in a group of two: where several share a group, each finds "
         "the caches full of the others' points and the cores asleep or still held by others' threads. "
         "There every sample, ours or a peer's, follows at once on frames of the same subject that are not timed. "
-        "The shaders, whose frames take tens of milliseconds, share theirs.",
+        "The shaders share theirs, warm as well: frames per second are those of a loop.",
         "numpy_bezier is two matrix products for points; its normals take three passes more. "
         "scipy_bspline and splipy make points alone, in float64.",
         "device_fill writes as many bytes as the points of the model have and computes nothing.",
