@@ -126,21 +126,7 @@ __kernel void cluster_cells_place(
             cell_rank(words, cell.s2, capacity), cell_rank(words, cell.s3, capacity),
             cell_rank(words, cell.s4, capacity), cell_rank(words, cell.s5, capacity),
             cell_rank(words, cell.s6, capacity), cell_rank(words, cell.s7, capacity));
-        const float16 first = (float16)(
-            q.x.s0, q.y.s0, q.z.s0, rank.s0, q.x.s1, q.y.s1, q.z.s1, rank.s1,
-            q.x.s2, q.y.s2, q.z.s2, rank.s2, q.x.s3, q.y.s3, q.z.s3, rank.s3);
-        const float16 second = (float16)(
-            q.x.s4, q.y.s4, q.z.s4, rank.s4, q.x.s5, q.y.s5, q.z.s5, rank.s5,
-            q.x.s6, q.y.s6, q.z.s6, rank.s6, q.x.s7, q.y.s7, q.z.s7, rank.s7);
-        if (v + 8 <= vertex_count) {
-            vstore16(first, v / 4, points);
-            vstore16(second, v / 4 + 1, points);
-        } else {
-            float last[32];
-            vstore16(first, 0, last);
-            vstore16(second, 1, last);
-            for (uint j = 0; j < 4 * (vertex_count - v); ++j) points[4 * (size_t)v + j] = last[j];
-        }
+        grid_store8(points, q, rank, v, vertex_count);
     }
 }
 

@@ -3,7 +3,7 @@
 // Source    DeCoro & Tatarchuk 2007, slide 12 (cluster id); scaled so that 1e-20, 1e20 and far offsets stay finite
 // Work      functions only; eight vertices at once
 // Reads     nothing
-// Writes    nothing
+// Writes    nothing, but for points where `grid_store8` is called
 // Plain     cluster/grid.py
 
 typedef struct { float8 x, y, z; } grid_points8;
@@ -52,4 +52,25 @@ static inline int8 grid_cell8(const grid_points8 q, const float4 per_axis, const
     const int8 y = clamp(convert_int8(q.y * per_axis.y), (int8)0, (int8)((int)cells.y - 1));
     const int8 z = clamp(convert_int8(q.z * per_axis.z), (int8)0, (int8)((int)cells.z - 1));
     return (z * (int)cells.y + y) * (int)cells.x + x;
+}
+
+// points of rows v .. v + 7, x y z and what is kept beside each; rows past the last one are left alone
+static inline void grid_store8(
+    __global float *restrict points, const grid_points8 p, const float8 beside, const uint v, const uint vertex_count)
+{
+    const float16 first = (float16)(
+        p.x.s0, p.y.s0, p.z.s0, beside.s0, p.x.s1, p.y.s1, p.z.s1, beside.s1,
+        p.x.s2, p.y.s2, p.z.s2, beside.s2, p.x.s3, p.y.s3, p.z.s3, beside.s3);
+    const float16 second = (float16)(
+        p.x.s4, p.y.s4, p.z.s4, beside.s4, p.x.s5, p.y.s5, p.z.s5, beside.s5,
+        p.x.s6, p.y.s6, p.z.s6, beside.s6, p.x.s7, p.y.s7, p.z.s7, beside.s7);
+    if (v + 8 <= vertex_count) {
+        vstore16(first, v / 4, points);
+        vstore16(second, v / 4 + 1, points);
+    } else {
+        float last[32];
+        vstore16(first, 0, last);
+        vstore16(second, 1, last);
+        for (uint j = 0; j < 4 * (vertex_count - v); ++j) points[4 * (size_t)v + j] = last[j];
+    }
 }

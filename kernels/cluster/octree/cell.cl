@@ -3,7 +3,7 @@
 // Source    Morton 1966 for the curve; DeCoro & Tatarchuk 2007, slides 29-31, for the tree
 // Work      functions only
 // Reads     nothing
-// Writes    nothing, but for points where `octree_store8` is called
+// Writes    nothing
 // Needs     common/grid.cl
 // Plain     cluster/octree/reference.py
 
@@ -47,14 +47,4 @@ static inline uint8 octree_code8(const grid_points8 q, const float4 per_axis, co
     return octree_spread8(as_uint8(octree_steps8(q.x, per_axis.x, cells.x))) |
         (octree_spread8(as_uint8(octree_steps8(q.y, per_axis.y, cells.y))) << 1) |
         (octree_spread8(as_uint8(octree_steps8(q.z, per_axis.z, cells.z))) << 2);
-}
-
-// `live` of eight points, with what is kept beside each
-static inline void octree_store8(__global float4 *points, const grid_points8 q, const float *beside, const uint live)
-{
-    float x[8], y[8], z[8];
-    vstore8(q.x, 0, x);
-    vstore8(q.y, 0, y);
-    vstore8(q.z, 0, z);
-    for (uint j = 0; j < live; ++j) points[j] = (float4)(x[j], y[j], z[j], beside[j]);
 }

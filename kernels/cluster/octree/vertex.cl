@@ -5,7 +5,7 @@
 // Reads     positions  float[3 * vertex_count]     model units
 //           words      ulong2[]                    x: the cells' bits, y: occupied cells before these 64
 // Writes    bits       uint[4 * word_count]        the same words as halves: 1 where a vertex lies; in any order
-//           points     float4[vertex_count]        x y z in units of the finest cell edge from the box corner, rank's bits
+//           points     float[4 * vertex_count]     x y z in units of the finest cell edge from the box corner, rank's bits
 // Needs     common/chunk.cl common/grid.cl cluster/cells.cl cluster/octree/cell.cl
 // Plain     cluster/octree/reference.py
 
@@ -36,7 +36,7 @@ __kernel void octree_vertex_mark(
 __kernel void octree_vertex_place(
     __global const float *restrict positions,
     __global const ulong2 *restrict words,
-    __global float4 *restrict points,
+    __global float *restrict points,
     const float4 low,
     const float4 per_axis,
     const uint4 cells,
@@ -54,6 +54,6 @@ __kernel void octree_vertex_place(
         float ranks[8];
         vstore8(octree_code8(q, per_axis, cells), 0, code);
         for (uint j = 0; j < 8; ++j) ranks[j] = cell_rank(words, code[j], capacity);
-        octree_store8(points + v, q, ranks, min(rows.y - v, 8u));
+        grid_store8(points, q, vload8(0, ranks), v, vertex_count);
     }
 }

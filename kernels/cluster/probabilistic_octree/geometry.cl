@@ -5,7 +5,7 @@
 // Work      1-D, one item per chunk of vertices, or per triangle; integer sums and maxima come out the same in any order
 // Reads     positions  float[3 * vertex_count]     model units
 //           triangles  uint[3 * triangle_count]
-// Writes    points     float4[vertex_count]        x y z in units of the finest cell edge, w: bits of the finest cell's code
+// Writes    points     float[4 * vertex_count]     x y z in units of the finest cell edge, w: bits of the finest cell's code
 //           sums       long[14 * slot_count]       quadric, corner sum, corners, each in units of the node's own edge
 //           keys       int[2 * slot_count]         largest key, largest negative key; the least integer before
 // Needs     common/chunk.cl common/grid.cl cluster/octree/cell.cl cluster/probabilistic_octree/key.cl
@@ -15,7 +15,7 @@
 
 __kernel void probabilistic_octree_geometry_place(
     __global const float *restrict positions,
-    __global float4 *restrict points,
+    __global float *restrict points,
     const float4 low,
     const float4 per_axis, // w: units per model unit
     const uint4 cells,
@@ -28,9 +28,7 @@ __kernel void probabilistic_octree_geometry_place(
     const uint2 rows = chunk_rows(chunk, chunk_count, vertex_count);
     for (uint v = rows.x; v < rows.y; v += 8) {
         const grid_points8 q = grid_scale8(grid_load8(positions, v, vertex_count), low, per_axis.w);
-        float codes[8];
-        vstore8(as_float8(octree_code8(q, per_axis, cells)), 0, codes);
-        octree_store8(points + v, q, codes, min(rows.y - v, 8u));
+        grid_store8(points, q, as_float8(octree_code8(q, per_axis, cells)), v, vertex_count);
     }
 }
 
