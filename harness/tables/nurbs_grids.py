@@ -15,7 +15,6 @@ from lodbench.harness.plan.table import (
     Table,
     ratio_columns,
 )
-from lodbench.kernels.bezier.lattice import side_vertices
 from lodbench.kernels.stages.camera import TABLE_SIZE
 from lodbench.kernels.subject import POINT
 
@@ -54,7 +53,7 @@ def _groups(dataset: str, level: int, peers: Sequence[str]) -> list[Group]:
 def _filled(dataset: str, level: int) -> Group:
     """One surface's points, and as many bytes filled."""
     size: dict[str, Any] = {"level": level}
-    fill = Subject(FILL, {"size_bytes": POINT * side_vertices(level) ** 2})
+    fill = Subject(FILL, {"size_bytes": POINT * ((1 << level) + 1) ** 2})
     stair = Subject("uniform_nurbs", size | {"normals": False}, "stair")
     return _against(dataset, FILL, stair, fill, **size)
 

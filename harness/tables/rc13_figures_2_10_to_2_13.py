@@ -20,7 +20,6 @@ from lodbench.harness.plan.table import (
     ratio_columns,
 )
 from lodbench.harness.report.ratios import ratios
-from lodbench.kernels.bezier.lattice import side_vertices
 from lodbench.kernels.stages.camera import TABLE_SIZE
 from lodbench.kernels.subject import POINT
 
@@ -73,7 +72,7 @@ def _against(dataset: str, scene: str, peer: str, level: int, **more: Any) -> Gr
     size: dict[str, Any] = {"level": level}
     theirs = size | (more if peer in TAKES else {})
     if peer == FILL:
-        theirs = {"size_bytes": PATCHES * POINT * side_vertices(level) ** 2}
+        theirs = {"size_bytes": PATCHES * POINT * ((1 << level) + 1) ** 2}
     subjects = (Subject("vst", size | more), Subject(peer, theirs))
     facts = {"scene": scene, "level": level, "against": peer}
     return Group(dataset, subjects, facts, standin_ok=True, warm=True)
