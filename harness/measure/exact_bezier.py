@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from lodbench.datasets_gen.surfaces import BezierPatches, TriangleMesh
+from lodbench.datasets_gen.surfaces import BezierPatches, Floats, TriangleMesh
 from lodbench.harness.measure.figure import Figure, Seen
 from lodbench.kernels.bezier.borders import borders_of
 from lodbench.kernels.bezier.measures import inverse_diagonal
@@ -70,9 +70,8 @@ def open_edges(mesh: TriangleMesh, turned: bool = True) -> Doubles:
 
     With `turned`, those that triangles do not use as often one way as the other.
     """
-    bits = np.ascontiguousarray(mesh.positions + np.float32(0)).view(np.uint32)
-    _, vertex = np.unique(bits, axis=0, return_inverse=True)
-    t = vertex.reshape(-1)[mesh.triangles].astype(np.int64)
+    vertex = _numbered(mesh.positions)
+    t = vertex[mesh.triangles]
     pairs = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]
     most = vertex.max(initial=0) + 1
@@ -81,8 +80,18 @@ def open_edges(mesh: TriangleMesh, turned: bool = True) -> Doubles:
     _, first, number = np.unique(key, return_index=True, return_inverse=True)
     uses = np.bincount(number.reshape(-1), sign, len(first)).astype(np.int64)
     ends = np.zeros((most, 3))
-    ends[vertex.reshape(-1)] = mesh.positions
+    ends[vertex] = mesh.positions
     return ends[pairs[first[uses != 0 if turned else uses % 2 == 1]]]
+
+
+def _numbered(points: Floats) -> NDArray[np.int64]:
+    """The number of each point's place among all that there are, by its bits, (n,)."""
+    bits = np.ascontiguousarray(points + np.float32(0)).view(np.uint32)
+    order = np.lexsort(bits.T)
+    new = (np.diff(bits[order], axis=0) != 0).any(axis=1)
+    number = np.zeros(len(points), np.int64)
+    number[order[1:]] = np.cumsum(new)
+    return number
 
 
 def open_borders(patches: BezierPatches) -> Doubles:

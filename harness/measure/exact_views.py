@@ -27,6 +27,7 @@ Doubles = NDArray[np.float64]
 
 VIEWS = 5
 SIZE = (1280, 1024)  # pixels, in which holes are looked for
+SMALL = (640, 512)  # for which surfaces are cut whose edges are counted
 FINE_AREA = 0.2  # pixels of a KSDice: a picture without holes
 LOUD = (1.0, 0.0, 1.0)
 STEPS = 64  # of each span of a border, at which its places are known
@@ -68,6 +69,7 @@ def seams(seen: Seen) -> Figure:
     rim, near = KDTree(alone), AT_RIM * seen.surface.diagonal
     inside = at_rim = 0
     for view in around(seen.surface):
+        view = replace(view, width=SMALL[0], height=SMALL[1])
         run(seen.device, seen.prepared, Frame(view))
         ends = open_edges(seen.prepared.result()[0])
         if len(ends) and len(alone):

@@ -97,6 +97,7 @@ TABLE = Table(
         Column("exact_cracks", "open edges where patches meet (0)", brief=True),
         Column("exact_vertices", "vertices apart from vst's (0)", brief=True),
         Column("exact_bytes", "bytes unlike constant memory's (0)", brief=True),
+        Column("wall_s", "first frame", "s"),
         *STATUS_COLUMNS,
     ),
     notes=(
