@@ -30,6 +30,8 @@ MORE_S = (
 MOST_TURNS = 200  # in which it does
 SLOW_S, SLOW_SAMPLES = 2.0, 3
 VERY_SLOW_S = 30.0  # one sample, and no warm-up of its own
+WARM_S = 2e-3  # of frames before a warm sample: one alone still finds its second core asleep
+CALM_S, MOST_CALM_S = 1e-3, 0.2  # others' threads are looked at for so long; and waited for
 
 
 @dataclass(frozen=True)
@@ -79,9 +81,9 @@ Frames = Callable[[], Timeline | None]
 
 
 def take(subject: str, frame: Frames, turn: int, warmup: bool, warm: bool = False) -> Sample | None:
-    """One frame of one subject, timed, with `warm` at once after another; None when the frame gave up."""
+    """One frame of one subject, timed, with `warm` at once after others of its own; None when the frame gave up."""
     with _no_collection():
-        if warm and frame() is None:
+        if warm and not _warmed(frame):
             return None
         cpu = time.process_time()
         timeline = frame()
@@ -91,6 +93,26 @@ def take(subject: str, frame: Frames, turn: int, warmup: bool, warm: bool = Fals
     return Sample(
         subject, turn, warmup, timeline.wall_s, cpu, load_average(), dict(timeline.stage_s)
     )
+
+
+def _warmed(frame: Frames) -> bool:
+    """Once no thread of the process computes, frames for `WARM_S`, one at least; False when one gave up."""
+    calm()
+    start = time.perf_counter()
+    while frame() is not None:
+        if time.perf_counter() - start > WARM_S:
+            return True
+    return False
+
+
+def calm() -> None:
+    """Wait until no thread of this process computes: those of BLAS spin for 0.1 s after a product, on others' cores."""
+    start = time.perf_counter()
+    while time.perf_counter() - start < MOST_CALM_S:
+        cpu = time.process_time()
+        time.sleep(CALM_S)
+        if time.process_time() - cpu < CALM_S / 2:
+            return
 
 
 def interleave(
@@ -115,7 +137,7 @@ def interleave(
         narrow: the half-width, relative to it, of a ratio's 95 % interval that is good enough. Sampling goes on for it
             through 200 turns at most, as long as the budget lasts; without one, or with one that has no end, for half
             a second. 0, or an exact number of samples, takes no more.
-        warm: before each sample its subject runs a frame that is not timed: see `Group`.
+        warm: before each sample its subject runs frames that are not timed: see `Group`.
 
     Turn 0 is the first frame, which the caller has run.
     """

@@ -84,9 +84,10 @@ class Group:
     `reference`: label of a refinement against which the others are compared, at the same parameters of the same
     pattern, or, with `nearest`, by how far its vertices are from them; `focus`: where `quality` is measured once more,
     apart from the rest; `same`: digests of the bytes of results and pictures are kept, to be compared; `warm`: each
-    sample follows at once on a frame of the same subject that is not timed, so that the caches hold what it left there
-    and its threads are awake, as in a loop of frames, and not what others left; `exact`: what is measured of each
-    subject against exact values, by the names of `harness.measure.exact`, which may run frames of its own at the end.
+    sample follows at once on frames of the same subject that are not timed, two milliseconds of them and one at least,
+    once no thread of others computes: the caches hold what it left there and its cores are awake, as in a loop; `exact`:
+    what is measured of each subject against exact values, by the names of `harness.measure.exact`, which may run frames
+    of its own at the end.
     """
 
     dataset: str

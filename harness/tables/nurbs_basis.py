@@ -80,6 +80,6 @@ TABLE = Table(
         "device's clock: points are the same for all three, and take most of a frame.",
         "stair: sums of products, 2^p of them, their beginnings shared. triangle: the triangular table, p (p + 1) / 2 "
         "cells. cox_de_boor: the recursion's cells for each function by itself, with its tests for 0 / 0.",
-        "Every sample follows at once on a frame of the same subject that is not timed.",
+        "Every sample follows at once on frames of the same subject that are not timed.",
     ),
 )

@@ -15,7 +15,9 @@ from lodbench.harness.plan.table import (
     Table,
     ratio_columns,
 )
+from lodbench.kernels.bezier.lattice import side_vertices
 from lodbench.kernels.stages.camera import TABLE_SIZE
+from lodbench.kernels.subject import POINT
 
 MODELS = ("killeroo", "aorta_valve", "hammer_nd", "nacelle", "ducky", "aircraft_wing")
 WHOLE = Draw(TABLE_SIZE)
@@ -25,6 +27,7 @@ PEERS = ("numpy_nurbs", "splipy_nurbs", "scipy_ndbspline")
 SLOW = "geomdl_nurbs"
 BEZIER, SHADER = "nurbs_as_bezier", "gl_nurbs"
 NORMALS, ONE_CORE = "with_normals", "one_core"
+FILL = "device_fill"
 SPAN_LEVEL = 3
 DRAWN = "drawn"
 
@@ -46,6 +49,14 @@ def _groups(dataset: str, level: int, peers: Sequence[str]) -> list[Group]:
     )
     made = [_against(dataset, peer, stair, Subject(peer, size), **size) for peer in peers]
     return [*made, _against(dataset, "itself", stair, *itself, **size)]
+
+
+def _filled(dataset: str, level: int) -> Group:
+    """One surface's points, and as many bytes filled."""
+    size: dict[str, Any] = {"level": level}
+    fill = Subject(FILL, {"size_bytes": POINT * side_vertices(level) ** 2})
+    stair = Subject("uniform_nurbs", size | {"normals": False}, "stair")
+    return _against(dataset, FILL, stair, fill, **size)
 
 
 def _spans(dataset: str) -> list[Group]:
@@ -74,7 +85,8 @@ def groups(quick: bool) -> list[Group]:
 
     there = catalogue.names("nurbs")
     found = [name for name in MODELS if name in there] or [MODELS[0]]
-    made = _groups(ONE, 9 if quick else 10, PEERS)
+    large = 9 if quick else 10
+    made = [*_groups(ONE, large, PEERS), _filled(ONE, large)]
     made += _groups(ONE, 5, (*PEERS, SLOW))
     for name in GENERATED if quick else (*found, *GENERATED):
         made += _groups(name, 5, PEERS)
@@ -114,7 +126,9 @@ TABLE = Table(
         Column("vertices_out", "points", brief=True),
         Column("vertices_per_s", "points per second", "1/s", brief=True),
         Column("frame_fps", "frame fps", "1/s"),
-        *ratio_columns((*PEERS, SLOW, BEZIER, SHADER, ONE_CORE), shown=(*PEERS, BEZIER, SHADER)),
+        *ratio_columns(
+            (*PEERS, SLOW, BEZIER, SHADER, ONE_CORE, FILL), shown=(*PEERS, BEZIER, SHADER)
+        ),
         Column("driver", "driver"),
         *STATUS_COLUMNS,
     ),
@@ -125,8 +139,9 @@ TABLE = Table(
         "nurbs_as_bezier has cut the surfaces into Bezier patches beforehand, whose vertices they share with none; "
         "bicubic surfaces without weights alone. gl_nurbs is a driver's vertex shader, which makes basis functions and "
         "sums at every vertex; it keeps points and normals, or draws, and then ours draws too.",
+        "device_fill writes as many bytes as the points have and computes nothing: nothing that makes them is faster.",
         "Each peer takes turns with ours alone, in a group of two: where several share a group, each finds the caches "
         "full of the others' points and the cores asleep or still held by others' threads. "
-        "Every sample, ours or a peer's, follows at once on a frame of the same subject that is not timed.",
+        "Every sample, ours or a peer's, follows at once on frames of the same subject that are not timed.",
     ),
 )

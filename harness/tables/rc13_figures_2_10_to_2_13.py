@@ -20,7 +20,9 @@ from lodbench.harness.plan.table import (
     ratio_columns,
 )
 from lodbench.harness.report.ratios import ratios
+from lodbench.kernels.bezier.lattice import side_vertices
 from lodbench.kernels.stages.camera import TABLE_SIZE
+from lodbench.kernels.subject import POINT
 
 MODELS = ("teapot", "teacup", "elephant_gumbo")
 COPIES = 5
@@ -29,14 +31,25 @@ DRAW = Draw(TABLE_SIZE, apart=True)
 GST, ZONE, NONE = "gst", "gst_zone_reuse", "gst_no_reuse"
 POINTS = "vst_positions"
 SHADERS = ("gl_vst", "gl_gst", "gl_bezier_tessellation")
-FLAT = "flat_patches"
-BASELINES = (GST, NONE, "dx11", "numpy_bezier", "scipy_bspline", "splipy", "vst_one_core", *SHADERS)
+FLAT, FILL = "flat_patches", "device_fill"
+BASELINES = (
+    GST,
+    NONE,
+    "dx11",
+    "numpy_bezier",
+    "scipy_bspline",
+    "splipy",
+    "vst_one_core",
+    *SHADERS,
+    FILL,
+)
 SHADED_LEVELS = (4, 5)
 WHOLE = Draw(TABLE_SIZE)
 ALONE = ((False, 7), (True, 7), (True, 5))  # normals, level
 ARRAYS = ("one model, positions", "one model, with normals")
 TAKES = (GST, "numpy_bezier")  # are told whether to make normals
-PEERS = {False: ("numpy_bezier", "scipy_bspline", "splipy"), True: ("numpy_bezier", FLAT)}
+PATCHES = 32  # of the first model
+PEERS = {False: ("numpy_bezier", "scipy_bspline", "splipy", FILL), True: ("numpy_bezier", FLAT)}
 REUSE = {GST: "zone and row", ZONE: "zone", NONE: "none"}
 
 
@@ -58,7 +71,10 @@ def _scene(model: str, level: int) -> Group:
 def _against(dataset: str, scene: str, peer: str, level: int, **more: Any) -> Group:
     """Ours and one peer alone, so that nothing but the two takes the caches and the cores."""
     size: dict[str, Any] = {"level": level}
-    subjects = (Subject("vst", size | more), Subject(peer, size | (more if peer in TAKES else {})))
+    theirs = size | (more if peer in TAKES else {})
+    if peer == FILL:
+        theirs = {"size_bytes": PATCHES * POINT * side_vertices(level) ** 2}
+    subjects = (Subject("vst", size | more), Subject(peer, theirs))
     facts = {"scene": scene, "level": level, "against": peer}
     return Group(dataset, subjects, facts, standin_ok=True, warm=True)
 
@@ -83,7 +99,8 @@ def _shaded(model: str, copies: int, level: int, drawn: bool = True) -> Group:
     )
     facts = {"scene": f"S{copies} {model}, {'drawn' if drawn else 'points kept'}", "level": level}
     weight = 2.0 * 4 ** (level - 4)
-    return Group(_scene_name(model, copies), subjects, facts, weight=weight, standin_ok=True)
+    name = _scene_name(model, copies)
+    return Group(name, subjects, facts, weight=weight, standin_ok=True, warm=True)
 
 
 def _scene_name(model: str, copies: int) -> str:
@@ -180,10 +197,11 @@ TABLE = Table(
         "vertex by itself, as its domain shader does.",
         "Each peer on the host takes turns with vst alone, in a group of two: where several share a group, each finds "
         "the caches full of the others' points and the cores asleep or still held by others' threads. "
-        "There every sample, ours or a peer's, follows at once on a frame of the same subject that is not timed. "
-        "The shaders, whose frames take tens of milliseconds, share theirs.",
+        "There every sample, ours or a peer's, follows at once on frames of the same subject that are not timed. "
+        "The shaders share theirs, warm as well: frames per second are those of a loop.",
         "numpy_bezier is two matrix products for points; its normals take three passes more. "
         "scipy_bspline and splipy make points alone, in float64.",
+        "device_fill writes as many bytes as the points of the model have and computes nothing.",
         "The flat pattern evaluates two flat triangles between the corners of each patch: as many triangles, more "
         "vertices. It is compared by vertices per second, points and normals.",
     ),

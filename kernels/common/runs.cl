@@ -8,6 +8,7 @@
 // Defines   INSTANCED, SEVERAL, SMOOTH as in stages/fragment.cl
 
 #define RUN_ROOM (TILE + 8) // runs are gathered and looked up by eight
+#define LINE (2 * RUN_ROOM)
 
 typedef struct {
     uint ids[TILE];       // the triangle of each pixel
@@ -15,6 +16,7 @@ typedef struct {
     int places[TILE];     // the run of each pixel, counted from that of the first of its eight
     uint bases[GROUPS];   // and which one that is
     uint shown[RUN_ROOM]; // the triangle of each run
+    int firsts[RUN_ROOM]; // and the first pixel
     uint count, hits;
 } Row;
 
@@ -41,11 +43,12 @@ static inline void row_runs(Row *row, __global const uint *restrict triangles)
     }
     row->count = count;
     for (uint run = 0; run < count; ++run) {
-        const uint id = row->seen[63 - (uint)clz(starts & -starts)];
+        const uint first = 63 - (uint)clz(starts & -starts), id = row->seen[first];
         starts &= starts - 1;
-        row->shown[run] = id;
+        row->shown[run] = id, row->firsts[run] = (int)first;
         if (!INSTANCED) prefetch(triangles + 3 * (size_t)id, 1);
     }
+    if (count) vstore8((int8)(row->firsts[count - 1]), 0, row->firsts + count); // fills the last eight
 }
 
 // of eight pixels, the value of the run that each belongs to: `values` are those from the first one's on
@@ -61,16 +64,29 @@ static inline float8 runs_at(const float *values, const int8 place)
 #endif
 }
 
-// three planes of values, RUN_ROOM each
-static inline planes8 runs_planes(const float *values, const int8 place)
+// what changes evenly along the row: its value at eight runs' first pixels, and its steps from pixel to pixel, as two
+// planes of numbers that runs_along looks up: that at the row's first pixel, and the step
+static inline void runs_line(const float8 value, const float8 step, const float8 first, float *line)
 {
-    const planes8 e = {runs_at(values, place), runs_at(values + RUN_ROOM, place), runs_at(values + 2 * RUN_ROOM, place)};
-    return e;
+    vstore8(value - step * first, 0, line);
+    vstore8(step, 0, line + RUN_ROOM);
 }
 
-static inline void runs_store(const planes8 e, float *values)
+static inline void runs_lines(const planes8 value, const planes8 step, const float8 first, float *lines)
 {
-    vstore8(e.x, 0, values);
-    vstore8(e.y, 0, values + RUN_ROOM);
-    vstore8(e.z, 0, values + 2 * RUN_ROOM);
+    runs_line(value.x, step.x, first, lines);
+    runs_line(value.y, step.y, first, lines + LINE);
+    runs_line(value.z, step.z, first, lines + 2 * LINE);
+}
+
+static inline float8 runs_along(const float *line, const int8 place, const float8 pixel)
+{
+    return runs_at(line, place) + runs_at(line + RUN_ROOM, place) * pixel;
+}
+
+static inline planes8 runs_along3(const float *lines, const int8 place, const float8 pixel)
+{
+    const planes8 e = {runs_along(lines, place, pixel), runs_along(lines + LINE, place, pixel),
+                       runs_along(lines + 2 * LINE, place, pixel)};
+    return e;
 }

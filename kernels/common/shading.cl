@@ -40,6 +40,28 @@ static inline planes8 spread(const float3 a)
     return e;
 }
 
+static inline planes8 times(const planes8 a, const float8 b)
+{
+    const planes8 e = {a.x * b, a.y * b, a.z * b};
+    return e;
+}
+
+static inline planes8 product(const planes8 a, const planes8 b)
+{
+    const planes8 e = {a.x * b.x, a.y * b.y, a.z * b.z};
+    return e;
+}
+
+static inline float8 inner(const planes8 a, const planes8 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+// a, b and c by their weights x, y and z
+static inline planes8 weighted(const planes8 weight, const planes8 a, const planes8 b, const planes8 c)
+{
+    const planes8 e = {weight.x * a.x + weight.y * b.x + weight.z * c.x, weight.x * a.y + weight.y * b.y + weight.z * c.y,
+                       weight.x * a.z + weight.y * b.z + weight.z * c.z};
+    return e;
+}
+
 static inline float8 toward(const planes8 a, const float3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 static inline planes8 across(const planes8 a, const planes8 b)
@@ -75,11 +97,11 @@ static inline planes8 seen_from(const planes8 p, const float16 m, const float8 x
     return e;
 }
 
-// pixels between the pixel's centre and the edge from a to b; `weight` is the corner opposite, before normalisation
-static inline float8 edge_distance(const planes8 a, const planes8 b, const float8 weight)
+// one over the length of the edge from a to b: a weight of the corner opposite times this is a distance in pixels
+static inline float8 edge_inverse(const planes8 a, const planes8 b)
 {
     const float8 x = a.y * b.z - b.y * a.z, y = b.x * a.z - a.x * b.z;
-    return fabs(weight) / (sqrt(x * x + y * y) * SUBPIXELS + 1e-30f);
+    return 1.0f / (sqrt(x * x + y * y) * SUBPIXELS + 1e-30f);
 }
 
 static inline uint8 channel(const float8 linear)

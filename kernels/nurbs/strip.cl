@@ -16,6 +16,7 @@
 
 #pragma OPENCL FP_CONTRACT OFF
 
+#define ABREAST 8    // rows of points that share what is read of control rows
 #define STRIP_ROWS 8 // control rows that a span of degree 7 has
 #define STRIP_FLOATS ((3 * TILE_COLUMNS + 39) & ~15) // whole vectors are stored, the last one past the end
 #define TILE_WORDS 3
@@ -87,41 +88,42 @@ static inline void nurbs_strip_to(nurbs_strip_rows *strip, const nurbs_surface *
         vstore8(vload8(0, row + f) + vload8(0, strip->origin + f), 0, strip->base + f);
 }
 
-// eight floats of a row: its first control row and p steps from there, since basis functions sum to 1; cubics written
-// out, which no compiler does
-static inline __attribute__((always_inline)) float8 nurbs_strip_sum(
-    const nurbs_strip_rows *strip, const float *const steps[STRIP_ROWS], const uint f, const float *w, const uint p)
-{
-    float8 sum = vload8(0, strip->base + f);
-    if (p == 3) {
-        sum = fma(vload8(0, steps[1] + f), (float8)(w[1]), sum);
-        sum = fma(vload8(0, steps[2] + f), (float8)(w[2]), sum);
-        return fma(vload8(0, steps[3] + f), (float8)(w[3]), sum);
-    }
-    for (uint k = 1; k <= p; ++k) sum = fma(vload8(0, steps[k] + f), (float8)(w[k]), sum);
-    return sum;
-}
-
-// a row of points: eight at a time, the last of which may be among those before
+// `count` rows of points, eight floats at a time, the last of which may be among those before: each is that of the first
+// control row and p steps from there, since basis functions sum to 1; unrolled, as sums that a loop counts go to memory
 static inline __attribute__((always_inline)) void nurbs_strip_points(__global float *restrict out,
-    const nurbs_strip_rows *strip, __global const float *weights, const uint stride, const uint p, const uint columns)
+    const nurbs_strip_rows *strip, __global const float *weights, const uint stride, const uint p, const uint columns,
+    const uint count)
 {
     const float *steps[STRIP_ROWS];
-    float w[STRIP_ROWS + 1]; // of step k: that of all control rows from k on
-    w[p + 1] = 0.0f;
-    for (uint k = p; k > 0; --k)
-        w[k] = w[k + 1] + weights[k * stride], steps[k] = strip->steps[(strip->first + k) % STRIP_ROWS];
-    for (uint j = 0; j < columns; j += 8) {
-        const uint f = 3 * (j + 8 > columns && columns > 8 ? columns - 8 : j);
-        const float8 first = nurbs_strip_sum(strip, steps, f, w, p);
-        const float8 second = nurbs_strip_sum(strip, steps, f + 8, w, p);
-        const float8 third = nurbs_strip_sum(strip, steps, f + 16, w, p);
-        if (columns >= 8) vstore8(first, 0, out + f), vstore8(second, 1, out + f), vstore8(third, 2, out + f);
-        else {
-            float some[24];
-            vstore8(first, 0, some), vstore8(second, 1, some), vstore8(third, 2, some);
-            for (uint i = 0; i < 3 * columns; ++i) out[i] = some[i];
+    float w[STRIP_ROWS + 1][ABREAST]; // of step k: that of all control rows from k on
+    for (uint r = 0; r < count; ++r) w[p + 1][r] = 0.0f;
+    for (uint k = p; k > 0; --k) {
+        steps[k] = strip->steps[(strip->first + k) % STRIP_ROWS];
+        for (uint r = 0; r < count; ++r) w[k][r] = w[k + 1][r] + weights[k * stride + r];
+    }
+    if (columns < 3) {
+        for (uint f = 0; f < 3 * columns; ++f)
+            for (uint r = 0; r < count; ++r) {
+                float sum = strip->base[f];
+                for (uint k = 1; k <= p; ++k) sum = fma(steps[k][f], w[k][r], sum);
+                out[3 * r * columns + f] = sum;
+            }
+        return;
+    }
+    for (uint f = 0; f < 3 * columns; f += 8) {
+        const uint at = min(f, 3 * columns - 8);
+        const float8 base = vload8(0, strip->base + at);
+        float8 sum[ABREAST];
+#pragma unroll
+        for (uint r = 0; r < count; ++r) sum[r] = base;
+#pragma unroll
+        for (uint k = 1; k <= p; ++k) {
+            const float8 step = vload8(0, steps[k] + at);
+#pragma unroll
+            for (uint r = 0; r < count; ++r) sum[r] = fma(step, (float8)(w[k][r]), sum[r]);
         }
+#pragma unroll
+        for (uint r = 0; r < count; ++r) vstore8(sum[r], 0, out + 3 * r * columns + at);
     }
 }
 
@@ -145,12 +147,16 @@ __kernel void nurbs_strip(
     const uint columns = surface.columns;
     nurbs_strip_rows strip;
     strip.first = UINT_MAX, strip.end = 0;
-    for (uint k = 0; k < TILE_COLUMNS + 8; ++k) vstore3(surface.origin, k, strip.origin);
-    for (uint i = row; i < row + rows; ++i) {
-        const uint sample = surface.sample_u + i;
+    for (uint k = 0; k < columns + 3; ++k) vstore3(surface.origin, k, strip.origin); // whole vectors
+    for (uint i = row, count; i < row + rows; i += count) {
+        const uint sample = surface.sample_u + i, p = surface.p;
+        __global const float *w = weights + sample;
         __global float *out = positions + 3 * (surface.first_vertex + (size_t)i * columns);
         nurbs_strip_to(&strip, &surface, &tables, samples[4 * sample], columns);
-        if (surface.p == 3) nurbs_strip_points(out, &strip, weights + sample, stride, 3, columns);
-        else nurbs_strip_points(out, &strip, weights + sample, stride, surface.p, columns);
+        count = min(samples[4 * sample + 1] - sample, row + rows - i) < ABREAST ? 1 : ABREAST;
+        if (p == 3 && count == 1) nurbs_strip_points(out, &strip, w, stride, 3, columns, 1);
+        else if (p == 3) nurbs_strip_points(out, &strip, w, stride, 3, columns, ABREAST);
+        else if (count == 1) nurbs_strip_points(out, &strip, w, stride, p, columns, 1);
+        else nurbs_strip_points(out, &strip, w, stride, p, columns, ABREAST);
     }
 }

@@ -13,11 +13,11 @@ from lodbench.kernels.opencl import Launch
 LONG_CHUNK, LONG_GROUP = 1024, 2
 """Vertices of a work-item on a CPU, and work-items of a group: a chunk begins by finding its surface and row, and a cut
 run of vertices is two. Not where stores go past the caches, for which each work-item holds its whole chunk."""
-TILE_COLUMNS = 256
-"""Most columns of a grid that has tiles, so that what it sums of its control rows stays in a core's first cache.
-Wider grids have none: cut across, rows of tiles lie pages apart, which took a third more time than row after row."""
-TILE_VERTICES, TILES = (1024, 65536), 16
-"""Least and most vertices of a tile, few enough to have so many tiles."""
+TILE_COLUMNS = 1032
+"""Most columns of a grid that has tiles, so that what a tile keeps of control rows, 216 bytes for each column, stays in
+a core's second cache."""
+TILE_VERTICES, TILES = 1024, 4
+"""Fewest vertices of a tile, and tiles for each core: each begins with control rows of its own."""
 
 
 def vertex_launch(subject: Any, output_bytes: int) -> Launch:
@@ -46,8 +46,8 @@ def _chunks(subject: Any, defines: dict[str, int]) -> Launch:
 
 def _strips(subject: Any, defines: dict[str, int]) -> Launch:
     """Points alone, of surfaces without weights; a rounding or two from those with normals beside them."""
-    least, most = TILE_VERTICES
-    vertices = min(max(subject.vertices // TILES, least), most)
+    tiles = TILES * subject.device.facts.compute_units
+    vertices = max(subject.vertices // tiles, TILE_VERTICES)
     with subject.setup.host("upload"):
         table = tiles_of(subject.grids, vertices)
         tiles = subject.upload("tiles", table, np.uint32, role="pattern")

@@ -17,8 +17,10 @@ UNKNOWN = b"generic\0"
 SEARCHED = (
     4096  # bytes of PoCL's record of a device; the name stands behind the target's, 640 bytes in
 )
-# names that LLVM 14 knows and that take no more room than "generic", with the flags that code for them may use
+# names that LLVM 14 knows and that take no more room than "generic", with the flags that code for them may use;
+# "skx" has twice the registers of the others, and the wheel's built-ins are compiled for it where there is AVX-512
 NAMES = (
+    ("skx", "", {f"avx512{part}" for part in ("f", "bw", "cd", "dq", "vl")} | {"fma", "bmi2"}),
     ("znver3", "AuthenticAMD", {"avx2", "fma", "bmi2", "f16c", "abm", "movbe", "sse4a"}),
     ("haswell", "", {"avx2", "fma", "bmi2", "f16c", "abm", "movbe"}),
     ("x86-64", "", set()),

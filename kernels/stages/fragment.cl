@@ -2,7 +2,7 @@
 //
 // Source    Olano & Greer 1997, "Triangle scan conversion using 2D homogeneous coordinates" (weights of the corners,
 //           exact under perspective and for corners behind the eye); Blinn 1977 for the highlight
-// Work      1-D, one item per few rows of 64 pixels of a tile, eight pixels at a time; what depends on a triangle alone,
+// Work      1-D, one item per few rows of 64 pixels of a tile, eight pixels at a time; what lies evenly along a triangle,
 //           once for each run of pixels that see it; long because each walk along a row reads what those before it left
 // Reads     keys        long [map_count * tile_count * 4096]   depth above id; the smallest over the maps is seen
 //           flags       uint [16 + map_count * tile_count]   from 16: tile is open
@@ -18,10 +18,11 @@
 //           SEVERAL 1: a frame of several surfaces, each shaded by a launch of its own
 
 #define FEW 50000 // vertices that caches hold anyway
-// planes of what is known of a run: corners on the screen, then normals or the facet's, then values of corners
-#define NORMALS (9 * RUN_ROOM)
-#define VALUES (NORMALS + (SMOOTH ? 9 : 3) * RUN_ROOM)
-#define PLANES (VALUES + (COLOUR == 4 ? 9 : 3) * RUN_ROOM)
+// lines of what is known of a run: its normal, distances from its edges, values times weights and the sum of these
+#define INKS (3 * LINE)
+#define VALUES (INKS + (WIRE ? 3 : 0) * LINE)
+#define TOTAL (VALUES + (COLOUR == 4 ? 3 : 1) * LINE)
+#define LINES (TOTAL + LINE)
 
 __kernel void stages_fragment_shade(
     __global const long *restrict keys,
@@ -101,121 +102,104 @@ __kernel void stages_fragment_shade(
                 const uint instance = id / pattern_count;
                 instance_id = instance * pattern_count, instance_vertex = instance * instance_vertices;
             }
-            const uint3 c = vload3(id - instance_id, triangles) + instance_vertex;
-            corners[0][run] = c.x;
-            corners[1][run] = c.y;
-            corners[2][run] = c.z;
+            __global const uint *own = triangles + 3 * (size_t)(id - instance_id);
+            const uint a = own[0] + instance_vertex, b = own[1] + instance_vertex, c = own[2] + instance_vertex;
+            corners[0][run] = a, corners[1][run] = b, corners[2][run] = c;
             if (vertex_count < FEW) continue;
-            prefetch(screen + 4 * (size_t)c.x, 1);
-            prefetch(screen + 4 * (size_t)c.y, 1);
-            prefetch(screen + 4 * (size_t)c.z, 1);
+            prefetch(screen + 4 * (size_t)a, 1);
+            prefetch(screen + 4 * (size_t)b, 1);
+            prefetch(screen + 4 * (size_t)c, 1);
             if (SMOOTH) {
-                prefetch(normals + 3 * (size_t)c.x, 1);
-                prefetch(normals + 3 * (size_t)c.y, 1);
-                prefetch(normals + 3 * (size_t)c.z, 1);
+                prefetch(normals + 3 * (size_t)a, 1);
+                prefetch(normals + 3 * (size_t)b, 1);
+                prefetch(normals + 3 * (size_t)c, 1);
             }
         }
-        for (uint run = runs; run & 7; ++run)
-            for (int n = 0; n < 3; ++n) corners[n][run] = corners[n][runs - 1];
+        for (int n = 0; n < 3; ++n) vstore8((uint8)(corners[n][runs - 1]), 0, corners[n] + runs); // fills the last eight
 
-        float planes[PLANES];
+        float lines[LINES];
         const float y = row * SUBPIXELS + SUBPIXELS / 2;
         for (uint run = 0; run < runs; run += 8) {
-            planes8 facet[3];
-            for (int n = 0; n < 3; ++n) {
-                planes8 corner = gather_screen(screen, corners[n] + run);
-                corner.y -= y;
-                runs_store(corner, planes + 3 * n * RUN_ROOM + run);
-                if (SMOOTH)
-                    runs_store(gather(normals, corners[n] + run, vertex_count), planes + NORMALS + 3 * n * RUN_ROOM + run);
-                else
-                    facet[n] = gather(positions, corners[n] + run, vertex_count);
-                if (COLOUR == 4)
-                    runs_store(gather(values, corners[n] + run, vertex_count), planes + VALUES + 3 * n * RUN_ROOM + run);
-                if (COLOUR == 3)
-                    for (int lane = 0; lane < 8; ++lane)
-                        planes[VALUES + n * RUN_ROOM + run + lane] = values[corners[n][run + lane]];
-            }
-            if (!SMOOTH)
-                runs_store(facet_normal(difference(facet[1], facet[0]), difference(facet[2], facet[0])), planes + NORMALS + run);
-            if (COLOUR == 2)
-                for (uint lane = run; lane < min(run + 8, runs); ++lane)
-                    planes[VALUES + lane] = values[shown->shown[lane] / triangles_per_value];
-        }
-
-        planes8 facing[GROUPS], colours[GROUPS];
-        float8 inks[GROUPS];
-        for (int group = 0; group < GROUPS; ++group) {
-            if (!(hits >> group & 1)) continue;
-            const float8 x = convert_float8((left + 8 * group + LANE) * SUBPIXELS + SUBPIXELS / 2);
-            const int8 place = vload8(group, shown->places);
-            const float *own = planes + shown->bases[group];
-            planes8 a = runs_planes(own, place), b = runs_planes(own + 3 * RUN_ROOM, place);
-            planes8 c = runs_planes(own + 6 * RUN_ROOM, place);
+            const int8 first = vload8(0, shown->firsts + run);
+            const float8 x = convert_float8((left + first) * SUBPIXELS + SUBPIXELS / 2), start = convert_float8(first);
+            planes8 a = gather_screen(screen, corners[0] + run), b = gather_screen(screen, corners[1] + run);
+            planes8 c = gather_screen(screen, corners[2] + run);
             float8 wa = a.z, wb = b.z, wc = c.z;
-            if (lane_signs(as_int8(wa) | as_int8(wb) | as_int8(wc))) {
-                planes8 p[3];
-                for (int n = 0; n < 3; ++n) {
-                    uint eight[8];
-                    for (int lane = 0; lane < 8; ++lane)
-                        eight[lane] = corners[n][shown->bases[group] + shown->places[8 * group + lane]];
-                    p[n] = gather(positions, eight, vertex_count);
-                }
+            const bool unplaced = lane_signs(as_int8(wa) | as_int8(wb) | as_int8(wc));
+            planes8 p[3];
+            if (!SMOOTH || unplaced)
+                for (int n = 0; n < 3; ++n) p[n] = gather(positions, corners[n] + run, vertex_count);
+            if (unplaced) {
                 a = seen_from(p[0], to_screen, x, y), b = seen_from(p[1], to_screen, x, y), c = seen_from(p[2], to_screen, x, y);
                 wa = wb = wc = 1.0f;
             } else {
                 a.x -= x, b.x -= x, c.x -= x;
+                a.y -= y, b.y -= y, c.y -= y;
                 a.z = b.z = c.z = 1.0f;
             }
-            float8 u = b.x * c.y - c.x * b.y, v = c.x * a.y - a.x * c.y, w = a.x * b.y - b.x * a.y;
+            // weights of the corners before normalisation: from pixel to pixel x falls by z
+            planes8 weight = {b.x * c.y - c.x * b.y, c.x * a.y - a.x * c.y, a.x * b.y - b.x * a.y};
+            planes8 step = {c.z * b.y - b.z * c.y, a.z * c.y - c.z * a.y, b.z * a.y - a.z * b.y};
+            step = times(step, (float8)(SUBPIXELS));
+            // y grows downwards: a negative sum is the front
+            const float8 side = weight.x + weight.y + weight.z > 0.0f ? (float8)(1.0f) : (float8)(-1.0f);
             if (WIRE) {
-                const float8 edge = lesser(edge_distance(b, c, u), lesser(edge_distance(c, a, v), edge_distance(a, b, w)));
-                inks[group] = 1.0f - 0.85f * clamp(line_width * 0.5f + 0.5f - edge, 0.0f, 1.0f);
+                const planes8 over = {side * edge_inverse(b, c), side * edge_inverse(c, a), side * edge_inverse(a, b)};
+                runs_lines(product(weight, over), product(step, over), start, lines + INKS + run);
             }
-            // y grows downwards: a negative sum is the front. Snapped corners let a pixel fall just outside
-            const float8 side = u + v + w > 0.0f ? (float8)(1.0f) : (float8)(-1.0f);
-            const float8 zero = 0.0f;
-            u = greater(u * side * wa, zero), v = greater(v * side * wb, zero), w = greater(w * side * wc, zero);
-            const float8 inverse = 1.0f / greater(u + v + w, (float8)(1e-37f));
-            u *= inverse, v *= inverse, w *= inverse;
-            const float *known = own + VALUES;
-            if (COLOUR == 2) colours[group].x = runs_at(known, place);
+            const float8 total = (weight.x * wa + weight.y * wb + weight.z * wc) * side;
+            const float8 inverse = side / greater(total, (float8)(1e-37f));
+            const planes8 seen = {wa * inverse, wb * inverse, wc * inverse};
+            weight = product(weight, seen), step = product(step, seen);
+            if (SMOOTH) {
+                const planes8 na = gather(normals, corners[0] + run, vertex_count), nb = gather(normals, corners[1] + run, vertex_count);
+                const planes8 nc = gather(normals, corners[2] + run, vertex_count);
+                runs_lines(times(weighted(weight, na, nb, nc), -side), times(weighted(step, na, nb, nc), -side), start, lines + run);
+            } else {
+                const planes8 facet = facet_normal(difference(p[1], p[0]), difference(p[2], p[0]));
+                runs_lines(times(facet, -side), spread((float3)(0.0f)), start, lines + run);
+            }
+            if (COLOUR == 2)
+                for (uint lane = run; lane < min(run + 8, runs); ++lane)
+                    lines[VALUES + lane] = values[shown->shown[lane] / triangles_per_value];
             if (COLOUR == 3) {
-                const planes8 value = runs_planes(known, place);
-                colours[group].x = u * value.x + v * value.y + w * value.z;
+                float known[24];
+                for (int k = 0; k < 24; ++k) known[k] = values[corners[k / 8][run + k % 8]];
+                const planes8 value = {vload8(0, known), vload8(1, known), vload8(2, known)};
+                runs_line(inner(weight, value), inner(step, value), start, lines + VALUES + run);
             }
             if (COLOUR == 4) {
-                const planes8 ca = runs_planes(known, place), cb = runs_planes(known + 3 * RUN_ROOM, place);
-                const planes8 cc = runs_planes(known + 6 * RUN_ROOM, place);
-                colours[group].x = u * ca.x + v * cb.x + w * cc.x;
-                colours[group].y = u * ca.y + v * cb.y + w * cc.y;
-                colours[group].z = u * ca.z + v * cb.z + w * cc.z;
+                const planes8 ca = gather(values, corners[0] + run, vertex_count), cb = gather(values, corners[1] + run, vertex_count);
+                const planes8 cc = gather(values, corners[2] + run, vertex_count);
+                runs_lines(weighted(weight, ca, cb, cc), weighted(step, ca, cb, cc), start, lines + VALUES + run);
             }
-            planes8 normal = runs_planes(own + NORMALS, place);
-            if (SMOOTH) {
-                const planes8 na = normal, nb = runs_planes(own + NORMALS + 3 * RUN_ROOM, place);
-                const planes8 nc = runs_planes(own + NORMALS + 6 * RUN_ROOM, place);
-                normal.x = u * na.x + v * nb.x + w * nc.x;
-                normal.y = u * na.y + v * nb.y + w * nc.y;
-                normal.z = u * na.z + v * nb.z + w * nc.z;
-            }
-            normal.x *= -side, normal.y *= -side, normal.z *= -side;
-            facing[group] = normal;
+            if (COLOUR >= 3) runs_line(weight.x + weight.y + weight.z, step.x + step.y + step.z, start, lines + TOTAL + run);
         }
 
         for (int group = 0; group < GROUPS; ++group) {
-            const planes8 normal = facing[group];
-            const uint8 id = vload8(group, shown->ids);
             if (!(hits >> group & 1)) {
                 if (!(SEVERAL && behind)) vstore8(background, group, out);
                 continue;
             }
+            const float8 pixel = convert_float8(8 * group + LANE);
+            const int8 place = vload8(group, shown->places);
+            const float *own = lines + shown->bases[group];
+            const uint8 id = vload8(group, shown->ids);
             planes8 colour = spread(surface_colour.xyz);
             if (COLOUR == 1) colour = scattered_colour(id + first_id);
-            if (COLOUR == 2 || COLOUR == 3) colour = mapped_colour(colour_map, colours[group].x);
-            if (COLOUR == 4) colour = colours[group];
+            if (COLOUR == 2) colour = mapped_colour(colour_map, runs_at(own + VALUES, place));
+            if (COLOUR >= 3) {
+                const float8 over = 1.0f / greater(runs_along(own + TOTAL, place, pixel), (float8)(1e-37f));
+                if (COLOUR == 3) colour = mapped_colour(colour_map, runs_along(own + VALUES, place, pixel) * over);
+                if (COLOUR == 4) colour = times(runs_along3(own + VALUES, place, pixel), over);
+            }
+            const planes8 normal = runs_along3(own, place, pixel);
             colour = lit_colour(colour, normal, key_light, fill_light, sky_light, highlight);
-            if (WIRE) colour.x *= inks[group], colour.y *= inks[group], colour.z *= inks[group];
+            if (WIRE) {
+                const planes8 edges = runs_along3(own + INKS, place, pixel);
+                const float8 edge = fabs(lesser(edges.x, lesser(edges.y, edges.z)));
+                colour = times(colour, 1.0f - 0.85f * clamp(line_width * 0.5f + 0.5f - edge, 0.0f, 1.0f));
+            }
             const uint8 rest = SEVERAL && behind ? vload8(group, out) : background;
             vstore8(id != ID_EMPTY ? pixel_colour(colour) : rest, group, out);
         }

@@ -1,4 +1,4 @@
-"""As many bytes as a refined surface has, filled with one value: nothing that writes them can be faster.
+"""As many bytes as a tessellated surface has, filled with one value: nothing that writes them can be faster.
 
 Interleaved with a subject in a table, it shows what share of the device's writing speed that subject reaches.
 """
@@ -11,7 +11,8 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from lodbench.datasets_gen.surfaces import TriangleMesh
+from lodbench.datasets_gen.nurbs_surface import NurbsModel
+from lodbench.datasets_gen.surfaces import BezierPatches, TriangleMesh
 from lodbench.harness.measure.limits import VECTOR, sweep
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import Parameters, Range
@@ -30,8 +31,8 @@ class Params(Parameters):
     """How much is filled, and by what.
 
     Attributes:
-        size_bytes: bytes to fill; None: the positions and normals of the mesh with every triangle refined to
-            `segments` per edge, 24 * (n + 1)(n + 2) / 2 bytes per triangle.
+        size_bytes: bytes to fill; None, for a mesh alone: the positions and normals of the mesh with every triangle
+            refined to `segments` per edge, 24 * (n + 1)(n + 2) / 2 bytes per triangle.
         segments: segments per edge, at least 1; only for `size_bytes` None.
         by: "driver" the driver's fill command, "kernel" a vector kernel, "streaming" the same with stores that bypass
             the caches.
@@ -45,12 +46,17 @@ class Params(Parameters):
 class DeviceFill(DeviceSubject):
     """One fill of one buffer per frame; its size is rounded up to a whole float8."""
 
-    def __init__(self, device: Device, mesh: TriangleMesh, params: Params) -> None:
+    def __init__(
+        self, device: Device, surface: TriangleMesh | BezierPatches | NurbsModel, params: Params
+    ) -> None:
         super().__init__(device)
         n = params.segments
         size = params.size_bytes
         if size is None:
-            size = VERTEX_BYTES * mesh.triangle_count * (n + 1) * (n + 2) // 2
+            if not isinstance(surface, TriangleMesh):
+                kind = type(surface).__name__
+                raise ValueError(f"size_bytes: expected how many of {kind}, got None")
+            size = VERTEX_BYTES * surface.triangle_count * (n + 1) * (n + 2) // 2
         count = -(-size // VECTOR)
         self._size = VECTOR * count
         with self.setup.host("allocate"):
@@ -84,7 +90,7 @@ SYSTEM = System[Params](
     name="device_fill",
     family="baselines",
     source="McCalpin 1995, STREAM: the store half of its copy",
-    takes=(TriangleMesh,),
+    takes=(TriangleMesh, BezierPatches, NurbsModel),
     prepare=DeviceFill,
     cases={"kernel": Params(), "driver": Params(by="driver"), "streaming": Params(by="streaming")},
     notes="a limit, not a competitor: it computes nothing",

@@ -42,7 +42,8 @@ def test_interleave_drops_a_subject_that_gives_up():
     assert [sample.subject for sample in taken].count("b") == 12
 
 
-def test_warm_samples_follow_on_a_frame_that_is_not_counted():
+def test_warm_samples_follow_on_frames_that_are_not_counted(monkeypatch):
+    monkeypatch.setattr("lodbench.harness.measure.timing.WARM_S", 0.0)
     seconds = iter(np.arange(100.0))
     taken = list(
         interleave({"a": lambda: frame(next(seconds))()}, {"a": 0.1}, samples=3, warm=True)
@@ -50,6 +51,15 @@ def test_warm_samples_follow_on_a_frame_that_is_not_counted():
     assert [sample.wall_s for sample in taken] == [1, 3, 5, 7, 9]
     left = iter([Timeline(), None])
     assert not list(interleave({"a": lambda: next(left)}, {"a": 0.1}, samples=3, warm=True))[1:]
+
+
+def test_warm_samples_begin_when_no_thread_computes(monkeypatch):
+    cpu = iter([0.0, 0.9, 1.0, 1.7, 2.0, 2.1])  # milliseconds, before and after each look
+    looks = []
+    monkeypatch.setattr(timing.time, "process_time", lambda: next(cpu) / 1000)
+    monkeypatch.setattr(timing.time, "sleep", looks.append)
+    timing.calm()
+    assert looks == [timing.CALM_S] * 3
 
 
 def test_interleave_with_no_time_left_still_gives_every_subject_one_counted_sample():
