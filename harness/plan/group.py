@@ -85,9 +85,9 @@ class Group:
     pattern, or, with `nearest`, by how far its vertices are from them; `focus`: where `quality` is measured once more,
     apart from the rest; `same`: digests of the bytes of results and pictures are kept, to be compared; `warm`: each
     sample follows at once on frames of the same subject that are not timed, two milliseconds of them and one at least,
-    once no thread of others computes: the caches hold what it left there and its cores are awake, as in a loop; `exact`:
-    what is measured of each subject against exact values, by the names of `harness.measure.exact`, which may run frames
-    of its own at the end.
+    once no thread of others computes: the caches hold what it left there and its cores are awake, as in a loop;
+    `exact`: what is measured of each subject against exact values, by the names of `harness.measure.exact`, which may
+    run frames of its own at the end.
     """
 
     dataset: str

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lodbench.datasets_gen import catalogue
+from lodbench.harness.measure.exact import QUANTITIES
 from lodbench.harness.plan.group import Group, Subject
 from lodbench.harness.plan.table import STATUS_COLUMNS, Column, Entry, Table, untimed
 from lodbench.harness.tables.rc13_6_3_to_6_6 import INSIDE_OUT
@@ -90,8 +91,6 @@ def groups(quick: bool) -> list[Group]:
 
 def own(entry: Entry) -> Mapping[str, Any]:
     """The figure, its limit, whether it keeps to that, and how much it is of."""
-    from lodbench.harness.measure.exact import QUANTITIES
-
     name = entry.group.facts.get("quantity", "")
     found = entry.subject.exact.get(name, {})
     value, limit = found.get("value"), found.get("limit")

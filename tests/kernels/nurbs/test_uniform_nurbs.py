@@ -67,10 +67,7 @@ def test_uniform_nurbs_gives_the_surfaces_of_scipy(device, name, per):
         assert np.abs(np.linalg.norm(mesh.normals, axis=1) - 1).max() <= UNIT_LENGTH
 
 
-ALSO_SLOW = [*MODELS[:3], *(pytest.param(m, marks=pytest.mark.slow) for m in MODELS[3:])]
-
-
-@pytest.mark.parametrize("name", ALSO_SLOW)
+@pytest.mark.parametrize("name", MODELS)
 def test_uniform_nurbs_of_real_models(device, data_folder, name):
     model = catalogue.load(name).surface.recentred()[0]
     prepared = made(device, model, 3)
