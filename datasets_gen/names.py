@@ -32,6 +32,7 @@ PATCHES = (
 NURBS = (
     "rational_cylinder", "rational_ball", "rational_torus", "mixed_degrees", "bicubic_12",
     "quilt_4",
+    "random_spans",
     "killeroo_standin",
     *(f"sheets_degree_{degree}" for degree in range(1, 8)),
 )  # fmt: skip

@@ -104,6 +104,29 @@ def sheets(degree: int, count: int = 256, seed: int = 0) -> NurbsModel:
     )  # fmt: skip
 
 
+def random_spans(count: int = 25, spans: int = 20, seed: int = 7) -> NurbsModel:
+    """So many wavy sheets of spans x spans KSQuads, of random degrees 1 to 4, knots, repeated ones among them, heights
+    and places; every other one has random weights.
+    """
+    random = np.random.default_rng(seed)
+    surfaces = []
+    for k in range(count):
+        degrees = [int(degree) for degree in random.integers(1, 5, 2)]
+        knots = []
+        for p in degrees:
+            inner = np.sort(random.uniform(0, 1, spans - 1)).repeat(
+                random.integers(1, p + 1, spans - 1)
+            )
+            knots.append(np.concatenate([np.zeros(p + 1), inner, np.ones(p + 1)]))
+        shape = tuple(len(x) - p - 1 for x, p in zip(knots, degrees, strict=True))
+        x, y = np.meshgrid(*(np.linspace(-1, 1, n) for n in shape), indexing="ij")
+        z = random.normal(0, 0.3, shape) * 0.15 * random.random()
+        points = np.stack([x, y, z], 2) + random.normal(0, 2, 3)
+        weights = random.uniform(0.3, 3, shape) if k % 2 else None
+        surfaces.append(NurbsSurface(degrees[0], degrees[1], knots[0], knots[1], points, weights))
+    return NurbsModel(tuple(surfaces))
+
+
 def _uneven_knots(degree: int, random: np.random.Generator) -> NDArray[np.float64]:
     """Clamped from 0 to 1, five inner knots of which the second stands there as often as the degree allows."""
     inner = np.sort(random.uniform(0.05, 0.95, 5)).repeat([1, degree, 1, 1, 1])

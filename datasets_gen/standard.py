@@ -140,6 +140,7 @@ NURBS: dict[str, tuple[Callable[[], NurbsModel], str]] = {
     "mixed_degrees": (nurbs.mixed_degrees, "7 rational surfaces of degrees 1 to 7"),
     "bicubic_12": (partial(nurbs.quilt, 1, 1, 9), "1 bicubic surface of 12 x 12 control points"),
     "quilt_4": (partial(nurbs.quilt, 2, 2, 8), "4 bicubic surfaces, 256 knot spans"),
+    "random_spans": (nurbs.random_spans, "25 surfaces, 10,000 knot spans, all at random"),
     "killeroo_standin": (nurbs.body, "in place of killeroo: 88 bicubic surfaces, closed"),
     **{
         f"sheets_degree_{p}": (partial(nurbs.sheets, p), f"256 surfaces of degree {p} x {p}")

@@ -47,12 +47,16 @@ class Frame:
 
 @dataclass(frozen=True)
 class Check:
-    """Was the output right? `value` is what was measured, in the unit that `what` names."""
+    """Was the output right? `value` is what was measured, in the unit that `what` names.
+
+    `parts` are figures by name of which `value` is the worst, each in its own unit.
+    """
 
     passed: bool
     what: str
     value: float
     tolerance: float
+    parts: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from lodbench.harness.baselines.host import HostPrepared
 from lodbench.kernels.nurbs.grids import Grid, placed
 from lodbench.kernels.nurbs.judged import judged
 from lodbench.kernels.nurbs.params import Level, NurbsParams
-from lodbench.kernels.nurbs.samples import Samples, by_span, first_knots
+from lodbench.kernels.nurbs.samples import by_span, first_knots
 from lodbench.kernels.nurbs.tessellated import sampled, vertex_total
 from lodbench.kernels.opencl import Device, Timeline
 from lodbench.kernels.parameters import Parameters
@@ -29,12 +29,6 @@ class Params(Parameters):
     """`level`: of resolution, 0 to 10: a surface has 2^level segments along each side."""
 
     level: Level = 4
-
-
-def numbers(knots: NDArray[np.float64], samples: Samples) -> NDArray[np.float64]:
-    """Samples as the parameters that packages take."""
-    breaks = np.unique(knots)
-    return breaks[samples.spans] + samples.t * np.diff(breaks)[samples.spans]
 
 
 def span_grids(model: NurbsModel, level: int) -> tuple[list[Grid], NDArray[np.int64]]:

@@ -17,6 +17,7 @@ import numpy as np
 from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.finest import finest
 from lodbench.datasets_gen.surfaces import BezierPatches, NurbsModel, TriangleMesh
+from lodbench.harness.measure import exact
 from lodbench.harness.measure.budget import Budget
 from lodbench.harness.measure.forerun import Forerunner
 from lodbench.harness.measure.identity import config_of
@@ -195,20 +196,20 @@ class Session:
         for sample in interleave(frames, firsts, **sampling):
             record("sample", **plain(sample))
         self._whole_frames(group, surface, trials, record, progress, budget)
-        others_share = others.share()
+        share = others.share()
         seed = self.seed if group.seed is None else group.seed
         for name, trial in trials.items():
+            if (trial.mesh is not None or group.exact) and self._budget.stops():
+                return False
+            progress.step(f"quality of {name}")
+            exact.measure(group, surface, name, trials)
             if trial.mesh is not None:
-                if self._budget.stops():
-                    return False
-                progress.step(f"quality of {name}")
                 self._judge(group, finest(surface), name, trials, seed)
             record(
                 "subject", subject=name, status=trial.status, reason=trial.reason,
                 **trial.facts,
             )  # fmt: skip
-        seconds = round(time.perf_counter() - start, 3)
-        record("end", others=others_share, seconds=seconds, cut=budget.cut)
+        record("end", others=share, seconds=round(time.perf_counter() - start, 3), cut=budget.cut)
         return not budget.cut
 
     def _whole_frames(

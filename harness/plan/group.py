@@ -85,7 +85,9 @@ class Group:
     pattern, or, with `nearest`, by how far its vertices are from them; `focus`: where `quality` is measured once more,
     apart from the rest; `same`: digests of the bytes of results and pictures are kept, to be compared; `warm`: each
     sample follows at once on frames of the same subject that are not timed, two milliseconds of them and one at least,
-    once no thread of others computes: the caches hold what it left there and its cores are awake, as in a loop.
+    once no thread of others computes: the caches hold what it left there and its cores are awake, as in a loop;
+    `exact`: what is measured of each subject against exact values, by the names of `harness.measure.exact`, which may
+    run frames of its own at the end.
     """
 
     dataset: str
@@ -103,6 +105,7 @@ class Group:
     focus: Focus | None = None
     same: bool = False
     warm: bool = False
+    exact: tuple[str, ...] = ()
 
     @property
     def judged(self) -> bool:
@@ -131,6 +134,7 @@ class Group:
             **({} if self.focus is None else {"focus": plain(self.focus)}),
             **({"same": True} if self.same else {}),
             **({"warm": True} if self.warm else {}),
+            **({"exact": list(self.exact)} if self.exact else {}),
             "subjects": [
                 {
                     "label": subject.name,

@@ -49,6 +49,7 @@ ROWS: dict[str, dict[str, Any]] = {
         "footprint?": _NUMBERS, "traffic?": {"*": {"bytes": int, "flops": int}},
         "quality?": (dict, type(None)), "check?": (dict, type(None)), "read_back_s?": _Number,
         "peak_growth_bytes?": _Count, "frame_reason?": str, "driver?": str,
+        "exact?": {"*": {"value": _Number, "limit": _Number, "looked_at": str}},
     },
     "end": {**_GROUP, "others": _Number, "seconds?": _Number, "cut?": bool},
     "superseded": _GROUP,

@@ -7,7 +7,7 @@ begin      table, name, dataset, config, facts        a group of interleaved sub
 setup      subject, params, phases, from_cache        build, first_launch, upload ... seconds; memory growth
 sample     subject, turn, warmup, wall_s, cpu_s, load, stage_s
 frame      the same of a whole frame, drawn, where samples are taken without drawing
-subject    subject, status, reason, check, counters, footprint, traffic, quality, frame_reason, driver, facts
+subject    subject, status, reason, check, counters, footprint, traffic, quality, exact, frame_reason, driver, facts
 end        others, seconds, cut                       the group is whole; cut: it took fewer samples than it should, for
                                                       want of time, and is measured anew on resume
 superseded                                            an attempt was cut short; its rows no longer count
@@ -68,6 +68,7 @@ class SubjectRecord:
     footprint: dict[str, Any] = field(default_factory=dict)
     traffic: dict[str, dict[str, int]] = field(default_factory=dict)
     quality: dict[str, Any] | None = None
+    exact: dict[str, dict[str, Any]] = field(default_factory=dict)
     samples: list[dict[str, Any]] = field(default_factory=list)
     warmups: list[dict[str, Any]] = field(default_factory=list)
     frames: list[dict[str, Any]] = field(default_factory=list)
@@ -147,7 +148,7 @@ class RunRecord:
 
 _SUBJECT_FIELDS = (
     "status", "reason", "check", "counters", "footprint", "traffic", "quality", "read_back_s",
-    "peak_growth_bytes", "frame_reason", "driver",
+    "peak_growth_bytes", "frame_reason", "driver", "exact",
 )  # fmt: skip
 _GROUP_FIELDS = ("group", "table", "name", "dataset", "device", "facts", "config")
 _SETUP_FIELDS = ("system", "params", "phases", "from_cache", "memory_growth_bytes")

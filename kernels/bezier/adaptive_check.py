@@ -41,7 +41,8 @@ from lodbench.kernels.bezier.measures import (
 from lodbench.kernels.bezier.reference import Doubles, normals_at, points_at
 from lodbench.kernels.bezier.rises import MOST, UNITS, half_rises, place_rises
 from lodbench.kernels.bezier.strips import strips
-from lodbench.kernels.bezier.tessellated import CHECKED, NORMAL_LIMIT, POSITION_LIMIT
+from lodbench.kernels.bezier.tessellated import CHECKED
+from lodbench.kernels.exactness import NORMAL_LIMIT, POSITION_LIMIT, verdict
 from lodbench.kernels.system import Check, View
 
 NODE_BITS = (1 << NODES) - 1
@@ -99,7 +100,7 @@ def judged(
         wrong = _wrong_grids(P, params, inverse, masks, some, expected)
     else:
         wrong = _wrong_masks(P, params, inverse, view, masks[some], expected)
-    worst = float(wrong + _wrong_triangles(mesh, masks))
+    wrong += _wrong_triangles(mesh, masks)
     box = patches.points.reshape(-1, 3).astype(np.float64)
     size = max(np.linalg.norm(np.ptp(box, axis=0)), np.abs(box).max()) if len(box) else 1.0
     points = points_at(P, u, v)[own, place[taken]]
@@ -110,15 +111,13 @@ def judged(
         points += rise[:, None] * np.where(certain[:, None], normals, 0)
         limit += np.abs(rise) * np.where(certain, NORMAL_LIMIT, 1)
     off = np.abs(mesh.positions[taken] - points).max(axis=1)
-    worst = np.max([worst, (off / limit).max(initial=0)])
+    share = POSITION_LIMIT * (off / limit).max(initial=0)
+    turned = 0.0
     if mesh.normals is not None:
-        turned = np.linalg.norm(mesh.normals[taken] - normals, axis=-1)
-        worst = np.max([worst, turned[certain].max(initial=0) / NORMAL_LIMIT])  # NaN is worst
-    what = (
-        "largest error, of points as a share of 1e-6 of the box and of normals as a share of 0.1 degree, or coarse "
-        f"triangles with wrong vertices or triangles, {len(some)} of {count} patches"
-    )
-    return Check(bool(worst <= 1), what, float(worst), 1.0)
+        apart = np.linalg.norm(mesh.normals[taken] - normals, axis=-1)
+        turned = apart[certain].max(initial=0)
+    seen = f"or coarse triangles with wrong vertices or triangles, {len(some)} of {count} patches"
+    return verdict(share, turned, seen, wrong)
 
 
 def _wrong_masks(

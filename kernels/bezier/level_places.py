@@ -10,7 +10,8 @@ from lodbench.datasets_gen.surfaces import BezierPatches, Floats, TriangleMesh
 from lodbench.kernels.bezier import borders
 from lodbench.kernels.bezier.arrangement import Arrangement
 from lodbench.kernels.bezier.reference import Doubles, normals_at, points_at
-from lodbench.kernels.bezier.tessellated import CHECKED, NORMAL_LIMIT, POSITION_LIMIT
+from lodbench.kernels.bezier.tessellated import CHECKED
+from lodbench.kernels.exactness import verdict
 from lodbench.kernels.system import Check
 
 
@@ -71,20 +72,16 @@ def judged(
     box = patches.points.reshape(-1, 3).astype(np.float64)
     size = np.linalg.norm(np.ptp(box, axis=0)) if len(box) else 1.0
     size = max(float(size), float(np.abs(box).max(initial=0)), 1e-37)
-    worst = 0.0
+    position = turned = 0.0
     for p in chosen:
         rows = np.flatnonzero(patch == p)
         P = patches.points[p : p + 1].astype(np.float64)
         u, v = (values[rows] / (1 << finest) for values in (i, j))
         off = np.abs(mesh.positions[rows] - points_at(P, u, v)[0]).max(initial=0)
-        worst = float(np.max([worst, off / (size * POSITION_LIMIT)]))  # NaN is worst
+        position = float(np.max([position, off / size]))  # NaN is worst
         if mesh.normals is not None:
-            worst = float(np.max([worst, _turned(P, u, v, mesh.normals[rows]) / NORMAL_LIMIT]))
-    what = (
-        "largest error, of points as a share of 1e-6 of the box and of normals as a share of 0.1 degree, "
-        f"{len(chosen)} of {count} patches"
-    )
-    return Check(worst <= 1, what, worst, 1.0)
+            turned = float(np.max([turned, _turned(P, u, v, mesh.normals[rows])]))
+    return verdict(position, turned, f"{len(chosen)} of {count} patches")
 
 
 def _turned(P: Doubles, u: Doubles, v: Doubles, normals: Floats) -> float:

@@ -8,13 +8,12 @@ import numpy as np
 
 from lodbench.datasets_gen.nurbs_surface import NurbsModel
 from lodbench.datasets_gen.surfaces import Floats
+from lodbench.kernels.exactness import verdict
 from lodbench.kernels.nurbs.grids import Grid
 from lodbench.kernels.nurbs.reference import normals_at, points_at
 from lodbench.kernels.nurbs.samples import Samples
 from lodbench.kernels.system import Check
 
-POSITION_LIMIT = 1e-6  # of the box diagonal
-NORMAL_LIMIT = np.deg2rad(0.1)
 CHECKED_ROWS = 500  # of all surfaces' grids that a check looks at
 
 
@@ -33,7 +32,7 @@ def judged(
     size = max(float(np.linalg.norm(high - low)), float(np.abs([low, high]).max()), 1e-37)
     rows = sum(grid.rows for grid in grids)
     step = max(1, rows // CHECKED_ROWS)
-    worst, seen, number = 0.0, 0, 0
+    position, normal, seen, number = 0.0, 0.0, 0, 0
     for surface, grid in zip(model.surfaces, grids, strict=True):
         chosen = np.flatnonzero((number + np.arange(grid.rows)) % step == 0)
         number += grid.rows
@@ -43,13 +42,9 @@ def judged(
         u = Samples(grid.u.spans[chosen], grid.u.t[chosen])
         at = grid.first + chosen[:, None] * grid.columns + np.arange(grid.columns)
         off = np.abs(positions[at] - points_at(surface, u, grid.v)).max()
-        worst = np.max([worst, off / (size * POSITION_LIMIT)])  # NaN is worst
+        position = float(np.max([position, off / size]))  # NaN is worst
         if normals is not None:
             expected, certain = normals_at(surface, u, grid.v)
             turned = np.linalg.norm(normals[at] - expected, axis=-1)
-            worst = np.max([worst, turned[certain].max(initial=0) / NORMAL_LIMIT])
-    what = (
-        "largest error, of points as a share of 1e-6 of the box and of normals as a share of 0.1 degree, "
-        f"{seen} of {rows} rows"
-    )
-    return Check(bool(worst <= 1), what, float(worst), 1.0)
+            normal = float(np.max([normal, turned[certain].max(initial=0)]))
+    return verdict(position, normal, f"{seen} of {rows} rows")

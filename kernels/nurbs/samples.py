@@ -39,6 +39,12 @@ def first_knots(knots: Doubles) -> Numbers:
     return np.flatnonzero(np.diff(knots) > 0)
 
 
+def numbers(knots: Doubles, samples: Samples) -> Doubles:
+    """Samples as the parameters that packages take, (n,)."""
+    breaks = np.unique(knots)
+    return breaks[samples.spans] + samples.t * np.diff(breaks)[samples.spans]
+
+
 def by_span(knots: Doubles, segments: int) -> Samples:
     """So many segments on each span."""
     spans = len(first_knots(knots))

@@ -85,12 +85,18 @@ def _samples(counts: Numbers) -> Samples:
 
 
 def distances(
-    surface: NurbsSurface, counts: list[Numbers], parts: int = PARTS
+    surface: NurbsSurface,
+    counts: list[Numbers],
+    parts: int = PARTS,
+    corners: Doubles | None = None,
 ) -> tuple[Doubles, Doubles, Doubles]:
-    """Largest distances over each KSQuad, (spans_u, spans_v): of its triangles, of their edges along u, and along v."""
+    """Largest distances over each KSQuad, (spans_u, spans_v): of its triangles, of their edges along u, and along v.
+
+    `corners` of the triangles, (rows, columns, 3), are the surface's own points where none are given.
+    """
     P = points_at(surface, *(_samples(parts * n) for n in counts))
-    A, B = P[:-parts:parts, :-parts:parts], P[parts::parts, :-parts:parts]
-    C, D = P[parts::parts, parts::parts], P[:-parts:parts, parts::parts]
+    X = P[::parts, ::parts] if corners is None else corners
+    A, B, C, D = X[:-1, :-1], X[1:, :-1], X[1:, 1:], X[:-1, 1:]
     found = [np.zeros(A.shape[:2]) for _ in range(3)]
     rows, columns = len(P) - parts, P.shape[1] - parts
     for i in range(parts + 1):

@@ -15,7 +15,8 @@ from lodbench.harness.baselines.gl.drawn import Drawn
 from lodbench.kernels.bezier.lattice import lattice_parameters, side_vertices
 from lodbench.kernels.bezier.params import Level
 from lodbench.kernels.bezier.reference import normals_at, points_at
-from lodbench.kernels.bezier.tessellated import NORMAL_LIMIT, POSITION_LIMIT, vertex_total
+from lodbench.kernels.bezier.tessellated import vertex_total
+from lodbench.kernels.exactness import verdict
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.parameters import Parameters
 from lodbench.kernels.render import mesh_view
@@ -96,20 +97,15 @@ class DrawnPatches(Drawn):
         size = max(float(size), float(np.abs(box).max(initial=0)), 1e-37)
         off = np.abs(rows["point"] - points_at(P, u, v)[number, place])
         turned = np.linalg.norm(rows["normal"] - normals[number, place], axis=-1)
-        errors = (
-            off / (size * POSITION_LIMIT),
-            turned[certain[number, place]] / NORMAL_LIMIT,
-            np.abs(steps - np.stack([row, column], axis=1)),
-        )
-        worst = float(np.max([error.max(initial=0) for error in errors]))  # NaN is worst
         came = np.zeros(certain.shape, np.bool_)
         came[number, place] = True
-        worst = worst if came.all() else np.inf
-        what = (
-            "largest error, of points as a share of 1e-6 of the box and of normals as a share of 0.1 degree, "
-            f"{len(chosen)} of {self.coarse} patches"
+        beside = np.abs(steps - np.stack([row, column], axis=1)).max(initial=0)
+        return verdict(
+            off.max(initial=0) / size,
+            turned[certain[number, place]].max(initial=0),
+            f"{len(chosen)} of {self.coarse} patches",
+            beside if came.all() else np.inf,
         )
-        return Check(worst <= 1, what, worst, 1.0)
 
     def counters(self) -> Mapping[str, int | float]:
         """What a frame draws, every vertex of a patch once."""

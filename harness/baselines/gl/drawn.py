@@ -15,7 +15,7 @@ from lodbench.kernels.stages.shading import Shading
 from lodbench.kernels.system import Footprint, Frame, Traffic, View
 
 STAGE = "draw"
-CHECKED = 64  # primitives that a check looks at
+CHECKED = 128  # primitives that a check looks at
 
 
 class Drawing(Protocol):

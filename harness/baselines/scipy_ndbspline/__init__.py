@@ -12,8 +12,9 @@ from scipy.interpolate import NdBSpline
 
 from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
 from lodbench.harness.baselines.host import HostPrepared, host_system
-from lodbench.harness.baselines.nurbs import Params, Points, grid_subject, numbers
+from lodbench.harness.baselines.nurbs import Params, Points, grid_subject
 from lodbench.kernels.nurbs.grids import Grid
+from lodbench.kernels.nurbs.samples import numbers
 from lodbench.kernels.opencl import Device
 
 __all__ = ["Params", "SYSTEM"]

@@ -14,12 +14,11 @@ from lodbench.kernels.bezier.reference import Doubles, normals_at, points_at
 from lodbench.kernels.bezier.tessellated import (
     CHECKED,
     CONTROL_FLOATS,
-    NORMAL_LIMIT,
-    POSITION_LIMIT,
     check_size,
     control_rows,
     vertex_total,
 )
+from lodbench.kernels.exactness import verdict
 from lodbench.kernels.launching import group_size, kernel_defines
 from lodbench.kernels.opencl import Device
 from lodbench.kernels.subject import POINT, DeviceSubject
@@ -117,22 +116,19 @@ class Dx11(DeviceSubject):
         box = self._patches.points.reshape(-1, 3).astype(np.float64)
         size = np.linalg.norm(np.ptp(box, axis=0)) if len(box) else 1.0
         size = max(float(size), float(np.abs(box).max(initial=0)), 1e-37)
-        each, worst = (self._segments + 1) ** 2, 0.0
+        each = (self._segments + 1) ** 2
+        position = normal = 0.0
         for patch in chosen.astype(np.int64):
             rows = slice(patch * each, (patch + 1) * each)
             P = self._patches.points[patch : patch + 1].astype(np.float64)
             u, v = self.parameters(int(patch))
             off = np.abs(mesh.positions[rows] - points_at(P, u, v)[0]).max()
-            worst = float(np.max([worst, off / (size * POSITION_LIMIT)]))  # NaN is worst
+            position = float(np.max([position, off / size]))  # NaN is worst
             if mesh.normals is not None:
                 expected, certain = normals_at(P, u, v)
                 turned = np.linalg.norm(mesh.normals[rows] - expected[0], axis=-1)[certain[0]]
-                worst = float(np.max([worst, turned.max(initial=0) / NORMAL_LIMIT]))
-        what = (
-            "largest error, of points as a share of 1e-6 of the box and of normals as a share of 0.1 degree, "
-            f"{len(chosen)} of {self.count} patches"
-        )
-        return Check(worst <= 1, what, worst, 1.0)
+                normal = float(np.max([normal, turned.max(initial=0)]))
+        return verdict(position, normal, f"{len(chosen)} of {self.count} patches")
 
     def more_counters(self) -> Mapping[str, int | float]:
         """Patches, their segments, and the fewest of any edge."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -66,7 +68,9 @@ def faces_away(surface: NurbsSurface, eye: Doubles, light: bool) -> Flags:
     return away[i[:, None, :, None], j[None, :, None, :]].all(axis=(2, 3))
 
 
+@lru_cache(maxsize=8)  # techniques are compared on one model in the same views
 def visible(model: NurbsModel, view: View) -> Doubles:
-    """`facing` of all KSQuads of a model, in their order."""
-    found = [facing(surface, view).ravel() for surface in model.surfaces]
-    return np.concatenate([np.zeros(0), *found])
+    """`facing` of all KSQuads of a model, in their order; the array is lent."""
+    found = np.concatenate([np.zeros(0), *(facing(s, view).ravel() for s in model.surfaces)])
+    found.setflags(write=False)
+    return found

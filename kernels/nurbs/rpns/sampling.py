@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lodbench.datasets_gen.nurbs_surface import Doubles, NurbsModel, NurbsSurface
 from lodbench.datasets_gen.surfaces import Floats, TriangleMesh
-from lodbench.kernels.nurbs.judged import NORMAL_LIMIT, POSITION_LIMIT
+from lodbench.kernels.exactness import verdict
 from lodbench.kernels.nurbs.reference import normals_at, points_at
 from lodbench.kernels.nurbs.rpns.params import Params
 from lodbench.kernels.nurbs.rpns.quads import Quads
@@ -161,7 +161,8 @@ def judged(model: NurbsModel, found: Sampled, mesh: TriangleMesh) -> Check:
     size = max(float(np.linalg.norm(high - low)), float(np.abs([low, high]).max()), 1e-37)
     count = len(found.quads)
     chosen = np.unique(np.linspace(0, max(count - 1, 0), min(CHECKED, count)).astype(int))
-    even, worst = found.params.sampling != "non_uniform", 0.0
+    even = found.params.sampling != "non_uniform"
+    position = normal = 0.0
     for slot in chosen:
         s, iu, iv = found.tables.places[found.quads[slot]]
         surface, sides = model.surfaces[s], []
@@ -182,16 +183,12 @@ def judged(model: NurbsModel, found: Sampled, mesh: TriangleMesh) -> Check:
         if found.params.edges == "watertight":
             _border_points(surface, found, slot, sides, expected, free)
         off = float(np.abs(positions - expected).max())
-        worst = float(np.max([worst, off / (size * POSITION_LIMIT)]))  # NaN is worst
+        position = float(np.max([position, off / size]))  # NaN is worst
         if mesh.normals is not None:
             normals, certain = normals_at(surface, *sides)
             turned = np.linalg.norm(mesh.normals[rows].reshape(shape) - normals, axis=-1)
-            worst = float(np.max([worst, turned[certain & free].max(initial=0) / NORMAL_LIMIT]))
-    what = (
-        "largest error, of points as a share of 1e-6 of the box and of normals as a share of 0.1 degree, "
-        f"{len(chosen)} of {count} KSQuads"
-    )
-    return Check(bool(worst <= 1), what, worst, 1.0)
+            normal = float(np.max([normal, turned[certain & free].max(initial=0)]))
+    return verdict(position, normal, f"{len(chosen)} of {count} KSQuads")
 
 
 def _border_points(

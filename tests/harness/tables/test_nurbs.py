@@ -5,7 +5,8 @@ from lodbench.harness.plan.table import table
 from tests.harness.records import group, rows_of, subject
 
 TABLES = (
-    "nurbs_basis", "nurbs_grids", "rc13_6_2", "rc13_6_3_to_6_6", "rc13_6_7_to_6_10", "rc13_6_11_to_6_14", "rc13_6_15",
+    "nurbs_basis", "nurbs_exactness", "nurbs_grids",
+    "rc13_6_2", "rc13_6_3_to_6_6", "rc13_6_7_to_6_10", "rc13_6_11_to_6_14", "rc13_6_15",
 )  # fmt: skip
 
 
@@ -66,3 +67,19 @@ def test_culling_says_what_it_leaves_and_what_it_loses():
     assert rows["light"]["ratio_to_none"] == pytest.approx(2)
     assert (rows["none"]["share_left"], rows["none"]["share_lost"]) == (1, 0)
     assert rows["light"]["whole_fps"] == pytest.approx(500)
+
+
+def test_a_figure_stands_beside_its_limit():
+    def told(value, limit):
+        return {"lost": {"value": value, "limit": limit, "looked_at": "9 KSQuads culled"}}
+
+    found = group(
+        subject("certified", [], exact=told(0, 0)), subject("light", [], exact=told(0.07, None)),
+        subject("wrong", [], exact=told(0.1, 0)), subject("broken", [], exact=told(None, 0)),
+        subject("left out", [], status="skipped"),
+        table="nurbs_exactness", quantity="lost",
+    )  # fmt: skip
+    rows, _ = rows_of("nurbs_exactness", found)
+    assert [row["kept"] for row in rows.values()] == [True, None, False, False, None]
+    assert rows["light"]["value"] == 0.07 and rows["light"]["looked_at"] == "9 KSQuads culled"
+    assert {row["what"] for row in rows.values()} == {"visible samples lost by culling, share"}

@@ -5,7 +5,7 @@ from tests.harness.records import group, rows_of, subject
 
 TABLES = (
     "rc13_2_1", "rc13_figures_2_10_to_2_13", "rc13_3_1", "rc13_3_18_3_19", "rc13_4_1_4_2",
-    "rc13_4_6_to_4_8", "rc13_5_1_to_5_3", "rc13_5_13_to_5_18",
+    "rc13_4_6_to_4_8", "rc13_exactness", "rc13_5_1_to_5_3", "rc13_5_13_to_5_18",
 )  # fmt: skip
 
 
@@ -146,3 +146,23 @@ def test_adaptive_frames_are_compared_whatever_triangles_they_have():
     )  # fmt: skip
     row = rows_of("rc13_4_1_4_2", counted)[0]["dabt"]
     assert (row["adapts"], row["triangles_k"]) == ("edges and inside", 5)
+
+
+def test_figures_of_a_tessellation_stand_in_one_row():
+    def told(**values):
+        return {
+            name: {"value": value, "limit": 1, "looked_at": f"of {name}"}
+            for name, value in values.items()
+        }
+
+    found = group(
+        subject("vst", [], exact=told(points=1e-7, normals=0.02, cracks=0, vertices=0)),
+        subject("gl_vst", [], exact=told(points=2e-7, normals=0.01, open=32)),
+        subject("vsthd", [], status="failed"),
+        table="rc13_exactness",
+    )
+    rows, _ = rows_of("rc13_exactness", found)
+    assert rows["vst"]["exact_points"] == 1e-7 and rows["vst"]["looked_at"] == "of points"
+    assert (rows["vst"]["exact_cracks"], rows["vst"]["exact_bytes"]) == (0, None)
+    assert rows["gl_vst"]["exact_cracks"] == 32
+    assert rows["vsthd"]["exact_points"] is None

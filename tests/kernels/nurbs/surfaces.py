@@ -1,8 +1,7 @@
-"""Random NURBS surfaces, and SciPy's values of them."""
+"""Random NURBS surfaces."""
 
 import numpy as np
 from hypothesis import strategies as st
-from scipy.interpolate import BSpline
 
 from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
 
@@ -39,23 +38,6 @@ def models(draw):
             for _ in range(draw(st.integers(1, 3)))
         )
     )
-
-
-def parameters(knots, samples):
-    """The numbers that samples stand for."""
-    breaks = np.unique(knots)
-    return breaks[samples.spans] + samples.t * np.diff(breaks)[samples.spans]
-
-
-def scipy_points(surface, u, v):
-    """Points on the grid of parameters, (n_u, n_v, 3)."""
-    net = np.concatenate(
-        [surface.points * surface.weights[..., None], surface.weights[..., None]], axis=2
-    )
-    rows = BSpline(surface.knots_u, net, surface.degree_u)(u)
-    found = BSpline(surface.knots_v, rows.transpose(1, 0, 2), surface.degree_v)(v)
-    found = found.transpose(1, 0, 2)
-    return found[..., :3] / found[..., 3:]
 
 
 def folds(surface):

@@ -9,10 +9,10 @@ from scipy.interpolate import BSpline
 from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
 from lodbench.kernels.nurbs.params import BASES
 from lodbench.kernels.nurbs.reference import basis, cox_de_boor, stair
-from lodbench.kernels.nurbs.samples import by_side, by_span, first_knots
+from lodbench.kernels.nurbs.samples import by_side, by_span, first_knots, numbers
 from lodbench.kernels.nurbs.uniform_nurbs import Params, UniformNurbs
 from lodbench.kernels.system import run
-from tests.kernels.nurbs.surfaces import parameters, random_knots
+from tests.kernels.nurbs.surfaces import random_knots
 
 knot_vectors = st.builds(
     lambda degree, spans, seed: (degree, random_knots(degree, spans, np.random.default_rng(seed))),
@@ -38,7 +38,7 @@ def test_reference_is_scipy_with_its_slopes(curve, segments):
     degree, knots = curve
     samples = by_span(knots, segments)
     values, slopes = basis(knots, degree, samples)
-    x = parameters(knots, samples)
+    x = numbers(knots, samples)
     count = len(knots) - degree - 1
     spline = BSpline(knots, np.eye(count), degree)
     assert np.abs(values - spline(x)).max() <= 1e-11
@@ -94,7 +94,7 @@ def test_spans_of_very_uneven_length_lose_nothing(device):
 def test_samples_of_a_side_stand_at_its_creases():
     knots = np.array([0, 0, 0, 0.3, 0.3, 0.31, 0.31, 0.7, 1, 1, 1])
     samples = by_side(knots, 2, 8)
-    x = parameters(knots, samples)
+    x = numbers(knots, samples)
     assert len(x) == 9 and (np.diff(x) > 0).all()
     assert x[0] == 0 and x[-1] == 1 and samples.t[-1] == 1
     assert {0.3, 0.31} <= set(x.tolist()) and 0.7 not in x

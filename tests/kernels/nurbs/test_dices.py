@@ -8,26 +8,29 @@ from scipy.spatial import cKDTree
 
 from lodbench.datasets_gen import catalogue, nurbs
 from lodbench.datasets_gen.nurbs_surface import NurbsModel
+from lodbench.harness.measure.exact_bezier import open_edges
+from lodbench.harness.measure.exact_views import (
+    around,
+    border_pixels,
+    holes_at,
+    shared_curves,
+)
 from lodbench.kernels import tessellate_surface
-from lodbench.kernels.nurbs.borders import borders_of
-from lodbench.kernels.nurbs.reference import points_at
 from lodbench.kernels.nurbs.rpns import Params, Rpns
 from lodbench.kernels.nurbs.rpns.reference import visible
 from lodbench.kernels.nurbs.rpns.sampling import lengths, segments
-from lodbench.kernels.nurbs.samples import by_span
 from lodbench.kernels.nurbs.tolerance import diagonal
 from lodbench.kernels.stages.camera import fit_box, look_at, moved
 from lodbench.kernels.stages.raster import Raster
 from lodbench.kernels.stages.shading import Shading
 from lodbench.kernels.system import Frame, run
 from tests.kernels.nurbs.surfaces import models
-from tests.kernels.nurbs.test_rpns import views
 
 BODY, TORUS = nurbs.body(2, 3, (4, 5)), nurbs.torus()
 CLOSED = {"body": BODY, "torus": TORUS, "ball": nurbs.ball()}
 SIZE = (240, 200)
-LOUD = (1.0, 0.0, 1.0)
 AREAS = (1.0, 8.0, 16.0)
+FINE = Params(6, culling="none", sampling="adaptive", pixel_area=0.2)
 
 
 def made(device, model, view, **options):
@@ -42,26 +45,10 @@ def small(view):
     return type(view)(view.eye, view.world_to_clip, *SIZE)
 
 
-def open_edges(mesh):
-    """Edges, by the bits of their ends, that triangles do not use as often one way as the other."""
-    bits = np.ascontiguousarray(mesh.positions + np.float32(0)).view(np.uint32)
-    _, vertex = np.unique(bits, axis=0, return_inverse=True)
-    t = vertex.reshape(-1)[mesh.triangles].astype(np.int64)
-    pairs = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
-    pairs = pairs[pairs[:, 0] != pairs[:, 1]]
-    key = pairs.min(axis=1) * (vertex.max() + 1) + pairs.max(axis=1)
-    sign = np.where(pairs[:, 0] < pairs[:, 1], 1, -1)
-    _, first, number = np.unique(key, return_index=True, return_inverse=True)
-    left = np.bincount(number.reshape(-1), sign) != 0
-    ends = np.zeros((vertex.max() + 1, 3))
-    ends[vertex.reshape(-1)] = mesh.positions
-    return ends[pairs[first[left]]]  # (n, 2, 3)
-
-
 @pytest.mark.parametrize("sampling", ["adaptive", "non_uniform", "level", "one"])
 @pytest.mark.parametrize("name", CLOSED)
 def test_closed_models_have_no_open_edge_in_any_view(device, name, sampling):
-    for view in views(CLOSED[name], 2):
+    for view in around(CLOSED[name], 2):
         level = {"level": 2}.get(sampling, 6)
         prepared = made(device, CLOSED[name], view, sampling=sampling, level=level)
         assert not len(open_edges(prepared.result()[0]))
@@ -73,7 +60,7 @@ def test_closed_models_have_no_open_edge_in_any_view(device, name, sampling):
 def test_closed_models_are_drawn_without_a_hole(device, area):
     """Each pixel is covered as often by what faces the eye as by what faces away."""
     for model in (BODY, TORUS):
-        for view in map(small, views(model, 2)):
+        for view in map(small, around(model, 2)):
             prepared, covered = made(device, model, view, pixel_area=area), []
             for cull in (False, True):
                 raster = Raster(
@@ -85,75 +72,25 @@ def test_closed_models_are_drawn_without_a_hole(device, area):
                 assert covered[0].max() >= 2 and np.array_equal(covered[0], 2 * covered[1])
 
 
-def shared_curves(model):
-    """Points along borders that surfaces share, and along those of one alone."""
-    found = []
-    borders = borders_of(model)
-    uses = np.bincount(borders.owner.ravel(), minlength=borders.owner.size)
-    for s, surface in enumerate(model.surfaces):
-        u, v = (by_span(knots, 4) for knots in (surface.knots_u, surface.knots_v))
-        for e in range(4):
-            ends = (u.ends(e == 1), v) if e < 2 else (u, v.ends(e == 3))
-            shared = uses[borders.owner[s, e]] > 1 or borders.collapsed[s, e]
-            found.append((shared, points_at(surface, *ends).reshape(-1, 3)))
-    return [np.concatenate([np.zeros((0, 3)), *(p for s, p in found if s == way)])
-            for way in (True, False)]  # fmt: skip
-
-
-def assert_no_holes(device, model, view, areas, shared, alone):
-    """Over a loud background, at some areas, beside the same model cut very fine."""
-    shading = Shading(background=(LOUD, LOUD))
-    images = []
-    for area in (0.2, *areas):
-        prepared = made(device, model, view, pixel_area=area)
-        raster = Raster(device, prepared.output, *SIZE, shading, view=view)
-        run(device, prepared, Frame(view), raster)
-        images.append(raster.keys()[0] == 1)  # the background
-    fine, *empty = images
-    at = pixels(view, shared)
-    at = at[~near(at, pixels(view, alone), 3)]
-    # within the model: no background around in the fine picture
-    x, y = at.T
-    inside = (x >= 2) & (y >= 2) & (x < SIZE[0] - 2) & (y < SIZE[1] - 2)
-    x, y = x[inside], y[inside]
-    covered = ~np.any([fine[y + j, x + i] for i in (-2, 0, 2) for j in (-2, 0, 2)], axis=0)
-    for image in empty:
-        holes = [image[y + j, x + i] & covered for i in (-1, 0, 1) for j in (-1, 0, 1)]
-        assert not np.any(holes)
-    return int(covered.sum())
-
-
-def test_no_background_shows_between_surfaces_that_share_borders(device):
+@pytest.mark.parametrize("area", AREAS)
+def test_no_background_shows_between_surfaces_that_share_borders(device, area):
     model = nurbs.quilt(2, 2, 3)
-    curves = shared_curves(model)
-    for k, view in enumerate(map(small, views(model, 5))):
-        assert_no_holes(device, model, view, AREAS[k % 3 :][:1], *curves)
+    prepared, looked_at = made(device, model, None, pixel_area=area), 0
+    for view, places in border_pixels(device, model, Rpns, FINE, 5, SIZE):
+        assert holes_at(device, prepared, view, places) == 0
+        looked_at += len(places)
+    assert looked_at > 50
 
 
-@pytest.mark.slow
-def test_no_background_shows_between_surfaces_of_the_killeroo(device, data_folder):
-    """All surfaces, five views, three areas each: minutes."""
-    model = catalogue.load("killeroo").surface.recentred()[0]
-    curves = shared_curves(model)
-    looked_at = sum(
-        assert_no_holes(device, model, view, AREAS, *curves) for view in map(small, views(model, 5))
-    )
+@pytest.mark.parametrize("area", AREAS)
+def test_no_background_shows_between_surfaces_of_the_killeroo(device, data_folder, area):
+    """All surfaces, five views."""
+    model = catalogue.load("killeroo").surface
+    prepared, looked_at = made(device, model, None, pixel_area=area), 0
+    for view, places in border_pixels(device, model, Rpns, FINE, 5, SIZE):
+        assert holes_at(device, prepared, view, places) == 0
+        looked_at += len(places)
     assert looked_at > 50  # pixels on shared borders
-
-
-def pixels(view, points):
-    """Where points are in the image, (n, 2) whole numbers; far away what is behind the eye."""
-    x, y, _, w = view.world_to_clip @ np.column_stack([points, np.ones(len(points))]).T
-    w = np.where(w > 0, w, 1e-9)
-    at = np.stack([(1 + x / w) * view.width / 2, (1 - y / w) * view.height / 2], axis=1)
-    return np.unique(np.clip(at, -1e6, 1e6).astype(int), axis=0)
-
-
-def near(points, others, distance):
-    """Is one of the others so near in the image?"""
-    if not len(others) or not len(points):
-        return np.zeros(len(points), bool)
-    return cKDTree(others).query(points)[0] <= distance
 
 
 def test_the_killeroo_is_open_where_its_surfaces_share_nothing(device, data_folder):
@@ -182,7 +119,7 @@ def test_random_surfaces_are_cut_where_float64_says(device, model, seed, samplin
 
 @pytest.mark.parametrize("model", [BODY, TORUS, nurbs.mixed_degrees()])
 def test_as_many_segments_as_lengths_on_the_screen_ask_for(device, model):
-    for view in views(model, 3):
+    for view in around(model, 3):
         params = Params(6, sampling="adaptive", culling="none", edges="tolerant")
         prepared = made(device, model, view, edges="tolerant")
         found, first = prepared.sampled().segments, 0
@@ -214,7 +151,7 @@ def test_dices_cover_no_more_than_they_may(device):
 
 
 def test_dice_culling_leaves_out_what_the_raster_would(device):
-    for view in map(small, views(BODY, 3)):
+    for view in map(small, around(BODY, 3)):
         images, counts = [], []
         for dices in (False, True):
             prepared = made(device, BODY, view, dice_culling=dices)

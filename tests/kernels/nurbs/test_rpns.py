@@ -4,7 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lodbench.datasets_gen import catalogue, nurbs
-from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
+from lodbench.datasets_gen.nurbs_surface import NurbsModel
+from lodbench.harness.measure.exact_views import around
 from lodbench.kernels.nurbs.rpns import Params, Rpns
 from lodbench.kernels.nurbs.rpns.params import CULLING
 from lodbench.kernels.nurbs.rpns.reference import beside, faces_away, facing, visible
@@ -12,7 +13,7 @@ from lodbench.kernels.nurbs.uniform_nurbs import Params as UniformParams
 from lodbench.kernels.nurbs.uniform_nurbs import UniformNurbs
 from lodbench.kernels.stages.camera import fit_box, look_at
 from lodbench.kernels.system import Frame, run
-from tests.kernels.nurbs.surfaces import models, random_surface
+from tests.kernels.nurbs.surfaces import models
 from tests.kernels.nurbs.test_uniform_nurbs import MODELS
 
 BODY = nurbs.body(3, 4, (5, 6))
@@ -24,20 +25,10 @@ def culled(device, model, view, culling, level=0):
     return prepared
 
 
-def views(model, count=5):
-    """From around the box, near and far."""
-    low, high = model.box
-    middle, size = (low + high) / 2, max(np.linalg.norm(high - low), 1e-9)
-    random = np.random.default_rng(count)
-    for k in range(count):
-        way = random.normal(size=3)
-        yield look_at(middle + way / np.linalg.norm(way) * size * (0.7, 2.0)[k % 2], middle)
-
-
 @pytest.mark.parametrize("culling", ["strong", "light"])
 def test_culling_by_control_nets_is_that_of_the_reference(device, culling):
     for model in (BODY, nurbs.torus(), nurbs.mixed_degrees(), nurbs.cylinder()):
-        for view in views(model):
+        for view in around(model):
             prepared = culled(device, model, view, culling)
             away = [
                 (faces_away(s, view.eye, culling == "light") | beside(s, view)).ravel()
@@ -49,7 +40,7 @@ def test_culling_by_control_nets_is_that_of_the_reference(device, culling):
 
 def test_certified_culling_loses_nothing_and_leaves_little(device):
     gone = there = 0
-    for view in views(BODY, 8):
+    for view in around(BODY, 8):
         prepared = culled(device, BODY, view, "certified")
         seen = visible(BODY, view)
         assert prepared.lost()[1] == 0 and prepared.check().passed
@@ -69,18 +60,9 @@ def test_certified_culling_loses_nothing_of_any_surface(device, model, seed, far
 
 
 def test_certified_culling_loses_nothing_of_ten_thousand_random_spans(device):
-    random, culled_spans = np.random.default_rng(7), 0
-    surfaces = []
-    for seed in range(25):
-        degrees = tuple(random.integers(1, 5, 2).tolist())
-        surface = random_surface(degrees, (20, 20), seed, rational=bool(seed % 2))
-        bend = surface.points * (1, 1, 0.15 * random.random()) + random.normal(0, 2, 3)
-        surfaces.append(NurbsSurface(
-            *degrees, surface.knots_u, surface.knots_v, bend, surface.weights
-        ))  # fmt: skip
-    model = NurbsModel(tuple(surfaces))
+    model, culled_spans = nurbs.random_spans(), 0
     prepared = Rpns(device, model, Params(0, normals=False))
-    for view in views(model, 4):
+    for view in around(model, 4):
         run(device, prepared, Frame(view))
         culled_quads, wrong, share = prepared.lost()
         culled_spans += culled_quads
@@ -91,7 +73,7 @@ def test_certified_culling_loses_nothing_of_ten_thousand_random_spans(device):
 @pytest.mark.parametrize("name", MODELS)
 def test_certified_culling_loses_nothing_of_real_models(device, data_folder, name):
     model = catalogue.load(name).surface.recentred()[0]
-    for view in views(model, 1):
+    for view in around(model, 1):
         assert culled(device, model, view, "certified").lost()[1] == 0
 
 

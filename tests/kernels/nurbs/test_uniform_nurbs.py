@@ -7,13 +7,15 @@ from hypothesis import strategies as st
 
 from lodbench.datasets_gen import catalogue, nurbs
 from lodbench.datasets_gen.nurbs_surface import NurbsModel, NurbsSurface
+from lodbench.harness.measure.exact_nurbs import scipy_points
 from lodbench.kernels import tessellate, tessellate_surface
 from lodbench.kernels.nurbs.params import BASES
+from lodbench.kernels.nurbs.samples import numbers
 from lodbench.kernels.nurbs.uniform_nurbs import Params, UniformNurbs
 from lodbench.kernels.nurbs.uniform_nurbs.reference import tessellated
 from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.system import run
-from tests.kernels.nurbs.surfaces import models, parameters, random_surface, scipy_points
+from tests.kernels.nurbs.surfaces import models, random_surface
 from tests.tolerances import EPSILON32, UNIT_LENGTH
 
 GENERATED = {
@@ -50,7 +52,7 @@ def assert_near_scipy(prepared):
     for surface, grid, points in zip(
         prepared.model.surfaces, prepared.grids, grids_of(prepared), strict=True
     ):
-        u, v = parameters(surface.knots_u, grid.u), parameters(surface.knots_v, grid.v)
+        u, v = numbers(surface.knots_u, grid.u), numbers(surface.knots_v, grid.v)
         assert np.abs(points - scipy_points(surface, u, v)).max() <= 1e-6 * size
 
 
@@ -65,10 +67,7 @@ def test_uniform_nurbs_gives_the_surfaces_of_scipy(device, name, per):
         assert np.abs(np.linalg.norm(mesh.normals, axis=1) - 1).max() <= UNIT_LENGTH
 
 
-ALSO_SLOW = [*MODELS[:3], *(pytest.param(m, marks=pytest.mark.slow) for m in MODELS[3:])]
-
-
-@pytest.mark.parametrize("name", ALSO_SLOW)
+@pytest.mark.parametrize("name", MODELS)
 def test_uniform_nurbs_of_real_models(device, data_folder, name):
     model = catalogue.load(name).surface.recentred()[0]
     prepared = made(device, model, 3)
