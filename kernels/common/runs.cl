@@ -68,7 +68,7 @@ static inline float8 runs_at(const float *values, const int8 place)
 // planes of numbers that runs_along looks up: that at the row's first pixel, and the step
 static inline void runs_line(const float8 value, const float8 step, const float8 first, float *line)
 {
-    vstore8(value - step * first, 0, line);
+    vstore8(fma(-step, first, value), 0, line);
     vstore8(step, 0, line + RUN_ROOM);
 }
 
@@ -81,7 +81,7 @@ static inline void runs_lines(const planes8 value, const planes8 step, const flo
 
 static inline float8 runs_along(const float *line, const int8 place, const float8 pixel)
 {
-    return runs_at(line, place) + runs_at(line + RUN_ROOM, place) * pixel;
+    return fma(runs_at(line + RUN_ROOM, place), pixel, runs_at(line, place));
 }
 
 static inline planes8 runs_along3(const float *lines, const int8 place, const float8 pixel)

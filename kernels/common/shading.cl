@@ -1,13 +1,13 @@
 // What shading a pixel needs, for eight pixels at a time: corners gathered, distances, colours, lights' sums.
 //
 // Source    Olano & Greer 1997 for corners that have no place on the screen
-// Work      functions only; contraction is on from here: shading need not round as coverage does
+// Work      functions only; what is fused says so with fma, so that every driver rounds alike
 // Reads     nothing
 // Writes    nothing
 // Needs     common/screen.cl common/packed.cl
 // Defines   INSTANCED, SEVERAL, SMOOTH as in stages/fragment.cl
 
-#pragma OPENCL FP_CONTRACT ON
+#pragma OPENCL FP_CONTRACT OFF
 #define GROUPS (TILE / 8) // of pixels in a tile's row
 
 // eight corners, transposed: x, y and 1 / w
@@ -52,21 +52,24 @@ static inline planes8 product(const planes8 a, const planes8 b)
     return e;
 }
 
-static inline float8 inner(const planes8 a, const planes8 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline float8 inner(const planes8 a, const planes8 b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
+
+static inline float8 toward(const planes8 a, const float3 b) { return inner(a, spread(b)); }
 
 // a, b and c by their weights x, y and z
 static inline planes8 weighted(const planes8 weight, const planes8 a, const planes8 b, const planes8 c)
 {
-    const planes8 e = {weight.x * a.x + weight.y * b.x + weight.z * c.x, weight.x * a.y + weight.y * b.y + weight.z * c.y,
-                       weight.x * a.z + weight.y * b.z + weight.z * c.z};
+    const planes8 x = {a.x, b.x, c.x}, y = {a.y, b.y, c.y}, z = {a.z, b.z, c.z};
+    const planes8 e = {inner(weight, x), inner(weight, y), inner(weight, z)};
     return e;
 }
 
-static inline float8 toward(const planes8 a, const float3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+// a b - c d
+static inline float8 minor(const float8 a, const float8 b, const float8 c, const float8 d) { return fma(a, b, -(c * d)); }
 
 static inline planes8 across(const planes8 a, const planes8 b)
 {
-    const planes8 e = {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    const planes8 e = {minor(a.y, b.z, a.z, b.y), minor(a.z, b.x, a.x, b.z), minor(a.x, b.y, a.y, b.x)};
     return e;
 }
 
@@ -91,22 +94,21 @@ static inline planes8 facet_normal(planes8 a, planes8 b)
 // a corner that the vertex stage could not place: clip-space x and y, moved so that the pixel is the origin
 static inline planes8 seen_from(const planes8 p, const float16 m, const float8 x, const float y)
 {
-    const float8 w = m.sc * p.x + m.sd * p.y + m.se * p.z + m.sf;
-    const planes8 e = {(m.s0 * p.x + m.s1 * p.y + m.s2 * p.z + m.s3) - x * w,
-                     (m.s4 * p.x + m.s5 * p.y + m.s6 * p.z + m.s7) - y * w, w};
+    const float8 w = toward(p, m.scde) + m.sf;
+    const planes8 e = {fma(-x, w, toward(p, m.s012) + m.s3), fma((float8)(-y), w, toward(p, m.s456) + m.s7), w};
     return e;
 }
 
 // one over the length of the edge from a to b: a weight of the corner opposite times this is a distance in pixels
 static inline float8 edge_inverse(const planes8 a, const planes8 b)
 {
-    const float8 x = a.y * b.z - b.y * a.z, y = b.x * a.z - a.x * b.z;
-    return 1.0f / (sqrt(x * x + y * y) * SUBPIXELS + 1e-30f);
+    const float8 x = minor(a.y, b.z, b.y, a.z), y = minor(b.x, a.z, a.x, b.z);
+    return 1.0f / (sqrt(fma(x, x, y * y)) * SUBPIXELS + 1e-30f);
 }
 
 static inline uint8 channel(const float8 linear)
 {
-    const float8 byte = sqrt(greater(linear, (float8)(0.0f))) * 255.0f + 0.5f;
+    const float8 byte = fma(sqrt(greater(linear, (float8)(0.0f))), (float8)(255.0f), (float8)(0.5f));
     return as_uint8(convert_int8(lesser(byte, (float8)(255.0f))));
 }
 
@@ -180,17 +182,18 @@ static inline uint3 triangle_corners(
 static inline planes8 lit_colour(planes8 colour, const planes8 normal, const float4 key_light, const float4 fill_light,
     const float4 sky_light, const float4 highlight)
 {
-    const float8 square = normal.x * normal.x + normal.y * normal.y + normal.z * normal.z;
+    const float8 square = inner(normal, normal);
     const float8 scale = 1.0f / sqrt(greater(square, (float8)(1e-37f)));
     const float8 zero = 0.0f;
-    const float8 lit = greater(toward(normal, key_light.xyz) * scale, zero) * key_light.w +
-                       greater(toward(normal, fill_light.xyz) * scale, zero) * fill_light.w +
-                       (toward(normal, sky_light.xyz) * scale * 0.33f + 0.67f) * sky_light.w;
+    const float8 key = greater(toward(normal, key_light.xyz) * scale, zero) * key_light.w;
+    const float8 fill = fma(greater(toward(normal, fill_light.xyz) * scale, zero), (float8)(fill_light.w), key);
+    const float8 sky = fma(toward(normal, sky_light.xyz) * scale, (float8)(0.33f), (float8)(0.67f));
+    const float8 lit = fma(sky, (float8)(sky_light.w), fill);
     float8 shine = greater(toward(normal, highlight.xyz) * scale, zero);
     shine *= shine, shine *= shine, shine *= shine, shine *= shine, shine *= shine;
     shine *= highlight.w;
-    colour.x = colour.x * lit + shine;
-    colour.y = colour.y * lit + shine;
-    colour.z = colour.z * lit + shine;
+    colour.x = fma(colour.x, lit, shine);
+    colour.y = fma(colour.y, lit, shine);
+    colour.z = fma(colour.z, lit, shine);
     return colour;
 }

@@ -84,7 +84,8 @@ __kernel void stages_fragment_shade(
         if (!((row - first) & 7)) { // of eight rows at once
             const float8 t = (convert_float8(row + LANE) + 0.5f) / (float)height;
             const float3 step = background_bottom.xyz - background_top.xyz;
-            const planes8 colour = {background_top.x + step.x * t, background_top.y + step.y * t, background_top.z + step.z * t};
+            const planes8 colour = {fma(t, (float8)(step.x), (float8)(background_top.x)),
+                fma(t, (float8)(step.y), (float8)(background_top.y)), fma(t, (float8)(step.z), (float8)(background_top.z))};
             vstore8(pixel_colour(colour), 0, backgrounds);
         }
         const uint8 background = backgrounds[(row - first) & 7];
@@ -138,8 +139,8 @@ __kernel void stages_fragment_shade(
                 a.z = b.z = c.z = 1.0f;
             }
             // weights of the corners before normalisation: from pixel to pixel x falls by z
-            planes8 weight = {b.x * c.y - c.x * b.y, c.x * a.y - a.x * c.y, a.x * b.y - b.x * a.y};
-            planes8 step = {c.z * b.y - b.z * c.y, a.z * c.y - c.z * a.y, b.z * a.y - a.z * b.y};
+            planes8 weight = {minor(b.x, c.y, c.x, b.y), minor(c.x, a.y, a.x, c.y), minor(a.x, b.y, b.x, a.y)};
+            planes8 step = {minor(c.z, b.y, b.z, c.y), minor(a.z, c.y, c.z, a.y), minor(b.z, a.y, a.z, b.y)};
             step = times(step, (float8)(SUBPIXELS));
             // y grows downwards: a negative sum is the front
             const float8 side = weight.x + weight.y + weight.z > 0.0f ? (float8)(1.0f) : (float8)(-1.0f);
@@ -147,9 +148,8 @@ __kernel void stages_fragment_shade(
                 const planes8 over = {side * edge_inverse(b, c), side * edge_inverse(c, a), side * edge_inverse(a, b)};
                 runs_lines(product(weight, over), product(step, over), start, lines + INKS + run);
             }
-            const float8 total = (weight.x * wa + weight.y * wb + weight.z * wc) * side;
-            const float8 inverse = side / greater(total, (float8)(1e-37f));
-            const planes8 seen = {wa * inverse, wb * inverse, wc * inverse};
+            const planes8 near = {wa, wb, wc};
+            const planes8 seen = times(near, side / greater(inner(weight, near) * side, (float8)(1e-37f)));
             weight = product(weight, seen), step = product(step, seen);
             if (SMOOTH) {
                 const planes8 na = gather(normals, corners[0] + run, vertex_count), nb = gather(normals, corners[1] + run, vertex_count);

@@ -36,8 +36,9 @@ def work(device):
     prepared = owner.prepare(device, cup(), next(iter(owner.cases.values())))
     run(device, prepared)
     (patches,) = prepared.result()
-    found["patches"] = digest(patches.positions, patches.triangles)
-    found["picture"] = digest(render(mesh, size=(160, 128), device=device))
+    found["patches"] = digest(patches.positions, patches.triangles, patches.normals)
+    for colour in ("smooth", "flat", "wireframe"):
+        found[colour] = digest(render(patches, size=(160, 128), colour=colour, device=device))
     return found
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from lodbench.datasets_gen.nurbs_surface import NurbsModel
 from lodbench.datasets_gen.surfaces import BezierPatches, TriangleMesh
 from lodbench.harness.measure.limits import VECTOR, sweep
-from lodbench.kernels.opencl import Device
+from lodbench.kernels.opencl import Device, Unsupported
 from lodbench.kernels.parameters import Parameters, Range
 from lodbench.kernels.refine.lattice import Segments
 from lodbench.kernels.subject import DeviceSubject
@@ -55,7 +55,7 @@ class DeviceFill(DeviceSubject):
         if size is None:
             if not isinstance(surface, TriangleMesh):
                 kind = type(surface).__name__
-                raise ValueError(f"size_bytes: expected how many of {kind}, got None")
+                raise Unsupported(f"size_bytes: needs a number for {kind}, got None")
             size = VERTEX_BYTES * surface.triangle_count * (n + 1) * (n + 2) // 2
         count = -(-size // VECTOR)
         self._size = VECTOR * count

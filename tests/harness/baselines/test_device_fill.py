@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from lodbench.datasets_gen import catalogue
 from lodbench.datasets_gen.surfaces import TriangleMesh
 from lodbench.harness.baselines.device_fill import SYSTEM, Params
 from lodbench.kernels.opencl.device import Device, Unsupported
@@ -43,5 +44,7 @@ def test_device_fill_refuses_bad_params_and_too_much(device):
         ValueError, match="by: expected one of driver, kernel, streaming, got 'hand'"
     ):
         Params(by="hand")
+    with pytest.raises(Unsupported, match="size_bytes: needs a number for BezierPatches, got None"):
+        SYSTEM.prepare(device, catalogue.load("pot_32").surface, Params())
     with pytest.raises(Unsupported, match="values: needs 4,096 bytes"):
         SYSTEM.prepare(Device(device.handle, memory_limit=100), TRIANGLE, Params(size_bytes=4096))

@@ -1,0 +1,63 @@
+"""Built programs on disk, for drivers that keep none: Intel's takes a second or two for each, in every process anew.
+
+A file is a checksum and the driver's binary; what was cut short or damaged is built again, and what cannot be written
+is not kept. Its name comes of all that the binary depends on, the processor's abilities too: a home may have many hosts.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+from lodbench.datasets_gen.files import cache_folder, write_file
+
+DIGEST = 32  # bytes of a checksum
+
+
+def path_of(*words: str) -> Path:
+    """The file of what is built from these: driver, device, options, text."""
+    try:
+        cpu = Path("/proc/cpuinfo").read_text("utf-8").split("\n\n", 1)[0]
+    except OSError:
+        cpu = ""
+    able = [line for line in cpu.splitlines() if line.startswith(("flags", "Features"))]
+    name = hashlib.sha256("\0".join((*words, *able)).encode()).hexdigest()
+    return cache_folder() / "programs" / name
+
+
+def load(path: Path) -> bytes | None:
+    """The binary that was kept there; None where there is none, or not the whole of it."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return None
+    binary = data[DIGEST:]
+    return binary if binary and hashlib.sha256(binary).digest() == data[:DIGEST] else None
+
+
+def keep(path: Path, binary: bytes) -> None:
+    """Write the binary there, if that can be done."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, hashlib.sha256(binary).digest() + binary)
+    except OSError:
+        return
+
+
+def built(cl: Any, context: Any, device: Any, text: str, options: list[str], driver: str) -> Any:
+    """The built program of `text`, from disk where it is there.
+
+    Raises:
+        cl.Error: the build failed.
+    """
+    path = path_of(driver, device.name, *options, text)
+    binary = load(path)
+    if binary is not None:
+        try:
+            return cl.Program(context, [device], [binary]).build(options=options)
+        except cl.Error:  # another driver under the same name
+            path.unlink(missing_ok=True)
+    program = cl.Program(context, text).build(options=options)
+    keep(path, program.binaries[0])
+    return program
