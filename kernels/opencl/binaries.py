@@ -1,17 +1,20 @@
 """Built programs on disk, for drivers that keep none: Intel's takes a second or two for each, in every process anew.
 
 A file is a checksum and the driver's binary; what was cut short or damaged is built again, and what cannot be written
-is not kept. Its name comes of all that the binary depends on, the processor's abilities too: a home may have many hosts.
+is not kept. Its name comes of all that the binary depends on, the processor's abilities too, since a home may have many
+hosts.
 """
 
 from __future__ import annotations
 
 import hashlib
+import warnings
 from pathlib import Path
 from typing import Any
 
 from lodbench.datasets_gen.files import cache_folder, write_file
 
+KEEPS_NONE = "Intel"  # what platforms' names begin with whose driver keeps nothing
 DIGEST = 32  # bytes of a checksum
 
 
@@ -45,19 +48,25 @@ def keep(path: Path, binary: bytes) -> None:
         return
 
 
-def built(cl: Any, context: Any, device: Any, text: str, options: list[str], driver: str) -> Any:
-    """The built program of `text`, from disk where it is there.
+def built(cl: Any, context: Any, device: Any, text: str, options: list[str]) -> Any:
+    """The built program of `text`, from disk where the driver keeps none.
 
     Raises:
         cl.Error: the build failed.
     """
-    path = path_of(driver, device.name, *options, text)
-    binary = load(path)
-    if binary is not None:
-        try:
-            return cl.Program(context, [device], [binary]).build(options=options)
-        except cl.Error:  # another driver under the same name
-            path.unlink(missing_ok=True)
-    program = cl.Program(context, text).build(options=options)
+    platform = device.platform
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cl.CompilerWarning)  # remarks on what was built
+        if not platform.name.startswith(KEEPS_NONE):
+            return cl.Program(context, text).build(options=options)
+        words = platform.name, platform.version, device.driver_version, device.name, *options, text
+        path = path_of(*words)
+        binary = load(path)
+        if binary is not None:
+            try:
+                return cl.Program(context, [device], [binary]).build(options=options)
+            except cl.Error:  # of another driver under the same name
+                path.unlink(missing_ok=True)
+        program = cl.Program(context, text).build(options=options)
     keep(path, program.binaries[0])
     return program

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import warnings
 from collections.abc import Iterable, Mapping
 from contextlib import nullcontext
 from pathlib import Path
@@ -28,7 +27,6 @@ from lodbench.kernels.opencl.timeline import Timeline
 
 __all__ = ["Device", "DeviceError", "Unsupported", "list_devices"]
 
-KEEPS_NONE = "Intel"  # platforms whose driver keeps no built programs
 LOCAL_SIZE = 64  # one fixed size: the driver's own choice would compile anew for every mesh size
 
 
@@ -129,14 +127,8 @@ class Device:
         joined = "".join(f'#line 1 "{name}"\n{text}\n' for name, text in texts)
         cl = self.cl
         try:
-            with caches.loading() if self.is_pocl else nullcontext(), warnings.catch_warnings():
-                warnings.simplefilter("ignore", cl.CompilerWarning)  # remarks on what was built
-                words = options.split()
-                if not self.facts.platform.startswith(KEEPS_NONE):
-                    return cl.Program(self.context, joined).build(options=words)
-                return binaries.built(
-                    cl, self.context, self.handle, joined, words, self.facts.driver
-                )
+            with caches.loading() if self.is_pocl else nullcontext():
+                return binaries.built(cl, self.context, self.handle, joined, options.split())
         except cl.Error as error:
             log = [line for line in str(error).splitlines() if "error" in line.lower()]
             files = ", ".join(name for name, _ in texts)

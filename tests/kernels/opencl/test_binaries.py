@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from lodbench.kernels.opencl import Device, DeviceError, Timeline, binaries
-from lodbench.kernels.opencl import device as devices
 
 TEXT = "__kernel void double_it(__global float *restrict a) { a[get_global_id(0)] *= 2.0f; }"
 
@@ -23,7 +22,7 @@ def doubled(file):
 
 @pytest.fixture
 def kernel(tmp_path, monkeypatch):
-    monkeypatch.setattr(devices, "KEEPS_NONE", "")
+    monkeypatch.setattr(binaries, "KEEPS_NONE", "")
     path = tmp_path / "double_it.cl"
     path.write_text(TEXT)
     return path
