@@ -43,6 +43,14 @@ def device():
 
 
 @pytest.fixture(scope="session")
+def pocl(device):
+    """The default device, or a skip where that is another driver's: of PoCL's linker, caches and environment."""
+    if not device.is_pocl:
+        pytest.skip("of PoCL's ways, on another driver")
+    return device
+
+
+@pytest.fixture(scope="session")
 def data_folder():
     """The folder of real models, or a skip: everything must also work without it."""
     folder = os.environ.get("LODBENCH_DATA")

@@ -37,6 +37,10 @@ def test_form_for_cards_gives_what_the_one_for_processors_gives(name, card, devi
     surface = next((s for k, s in GIVEN.items() if k in systems()[name].takes), None)
     if surface is None:
         pytest.skip("takes neither triangles nor patches")
+    if name == "octree" and device.facts.platform.startswith("Intel"):
+        pytest.skip(
+            "Intel's compiler crashes where it puts sixteen items of this form into one loop"
+        )
     mine, theirs = result(card, name, surface), result(device, name, surface)
     assert [mesh.triangle_count for mesh in mine] == [mesh.triangle_count for mesh in theirs]
     for mesh in mine:

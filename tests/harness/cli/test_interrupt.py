@@ -93,6 +93,7 @@ def test_ctrl_c_that_is_ignored_stays_ignored():
     assert ended(script("--help", module="typer", first=first)) == (0, [])
 
 
+@pytest.mark.usefixtures("pocl")
 def test_ctrl_c_while_the_driver_links_reaches_the_command_and_not_the_linker(tmp_path):
     """The whole foreground group gets the signal on a terminal, programs that the driver starts included."""
     (tmp_path / "in.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")

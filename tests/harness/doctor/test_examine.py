@@ -55,6 +55,7 @@ def test_doctor_finds_nothing_wrong_where_the_tests_run(tmp_path):
     assert not (tmp_path / "results" / "x").exists()
 
 
+@pytest.mark.usefixtures("pocl")
 def test_doctor_names_binutils_where_there_is_no_linker(no_path):
     found = by_what(doctor_opencl.opencl())
     assert found["linker"].status == "fail"
@@ -64,6 +65,7 @@ def test_doctor_names_binutils_where_there_is_no_linker(no_path):
         assert "binutils" in mend or mend.startswith("export PATH="), mend
 
 
+@pytest.mark.usefixtures("pocl")
 def test_doctor_survives_a_driver_that_aborts(no_path, monkeypatch):
     # past our own check for a linker, PoCL ends its process with SIGABRT
     script = (
@@ -91,6 +93,7 @@ def test_doctor_tells_a_driver_that_hangs(monkeypatch):
     assert "no answer within 120 s" in finding.detail
 
 
+@pytest.mark.usefixtures("pocl")
 @pytest.mark.parametrize(
     ("variable", "value"), [("OCL_ICD_VENDORS", "/no such folder"), ("POCL_DEVICES", "none")]
 )
@@ -102,6 +105,7 @@ def test_doctor_says_which_variable_hides_every_device(monkeypatch, variable, va
     assert "a kernel" not in found
 
 
+@pytest.mark.usefixtures("pocl")
 def test_doctor_mends_a_cache_that_hides_pocl_before_it_installs_anything(monkeypatch, blocked):
     monkeypatch.setenv("POCL_CACHE_DIR", str(blocked))
     found = by_what(doctor_opencl.opencl())
@@ -265,6 +269,7 @@ def test_report_shows_each_line_whole_and_fails_with_1():
     assert "failed: cache" in text
 
 
+@pytest.mark.usefixtures("pocl")
 def test_doctor_as_a_program_prints_json_and_ends_with_1_without_a_device(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", "import sys; from lodbench.harness.doctor.examine import main; sys.exit(main(True))"],
