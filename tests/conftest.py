@@ -44,7 +44,7 @@ def device():
 
 @pytest.fixture(scope="session")
 def pocl(device):
-    """The default device, or a skip where another driver than PoCL from pip is asked for: of its linker, its settings."""
+    """The default device, or a skip where that is none of PoCL from pip: for tests of its linker and settings."""
     if not device.is_pocl or "LODBENCH_DEVICE" in os.environ:
         pytest.skip("of the ways of PoCL from pip, on another driver")
     return device
