@@ -64,7 +64,7 @@ _ERRORS = (  # of PoCL, and of other compilers
     re.compile(rf"^error: {_PLACE} (?P<message>.+)$", re.M),
     re.compile(rf"^{_PLACE} (?:fatal )?error: (?P<message>.+)$", re.M),
 )
-_UNDEFINED = re.compile(r"Cannot find symbol (\w+)")
+_UNDEFINED = re.compile(r"(?:Cannot find symbol|Symbols not found: \[) (\w+)")
 
 
 def texts_of(files: Iterable[str | Path | Text], prelude: bool = False) -> dict[str, str]:

@@ -106,6 +106,7 @@ def test_mark_of_a_dead_process_makes_the_next_start_use_a_clean_folder(
     assert start()[0] == folder / f"{caches.CLEAN}2"
 
 
+@pytest.mark.usefixtures("pocl")
 def test_mark_lies_there_from_a_first_launch_to_the_wait_after_it(device, tmp_path, monkeypatch):
     monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
     file = tmp_path / "ones.cl"
@@ -126,6 +127,7 @@ def test_mark_lies_there_from_a_first_launch_to_the_wait_after_it(device, tmp_pa
     assert marks(tmp_path) == []
 
 
+@pytest.mark.usefixtures("pocl")
 def test_kernel_cut_short_ends_one_process_and_not_the_next(folder, tmp_path):
     assert run_kernel(tmp_path).stdout == "64.0\n"
     (kernel,) = folder.rglob("ones.so")
@@ -138,6 +140,7 @@ def test_kernel_cut_short_ends_one_process_and_not_the_next(folder, tmp_path):
     )
 
 
+@pytest.mark.usefixtures("pocl")
 def test_program_cut_short_is_an_error_that_names_the_folder(folder, tmp_path):
     assert run_kernel(tmp_path).stdout == "64.0\n"
     (program,) = folder.rglob("program.bc")
@@ -156,6 +159,7 @@ def test_unwritable_cache_is_one_line_that_names_it(monkeypatch, tmp_path):
     assert "POCL_CACHE_DIR" in str(error.value)
 
 
+@pytest.mark.usefixtures("pocl")
 def test_full_cache_is_an_error_and_not_an_abort(folder, tmp_path):
     resource = pytest.importorskip("resource")
 
