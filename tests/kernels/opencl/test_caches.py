@@ -222,6 +222,7 @@ def test_call_after_fork_is_an_error_that_says_spawn(device):
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="threads are not listed here")
+@pytest.mark.usefixtures("pocl")
 def test_ctrl_c_does_not_reach_the_threads_that_start_the_linker(device):
     blocked = 0
     for task in Path("/proc/self/task").iterdir():
