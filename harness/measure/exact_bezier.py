@@ -57,12 +57,13 @@ def open_inside(seen: Seen) -> Figure:
         [np.zeros((0, 2, 3)), *(open_edges(mesh, False) for mesh in seen.prepared.result())]
     )
     rim = open_borders(seen.surface)
-    size = 1 / inverse_diagonal(seen.surface.points)
-    at_rim = np.zeros(len(ends), np.bool_)
-    if len(ends) and len(rim):
-        away = KDTree(rim).query(ends.reshape(-1, 3))[0].reshape(-1, 2)
-        at_rim = (away <= AT_RIM * size).all(axis=1)
+    at_rim = near(ends, KDTree(rim), AT_RIM / inverse_diagonal(seen.surface.points))
     return Figure(int((~at_rim).sum()), None, f"{int(at_rim.sum()):,} more at open borders")
+
+
+def near(ends: Doubles, rim: KDTree, distance: float) -> NDArray[np.bool_]:
+    """Which edges, (n, 2, 3), have both ends so near a point of `rim`."""
+    return (rim.query(ends.reshape(-1, 3))[0].reshape(-1, 2) <= distance).all(axis=1)
 
 
 def open_edges(mesh: TriangleMesh, turned: bool = True) -> Doubles:

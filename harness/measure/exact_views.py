@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from lodbench.datasets_gen.nurbs_surface import NurbsModel
-from lodbench.harness.measure.exact_bezier import open_edges
+from lodbench.harness.measure.exact_bezier import near, open_edges
 from lodbench.harness.measure.figure import Figure, Seen
 from lodbench.kernels.nurbs.borders import borders_of
 from lodbench.kernels.nurbs.reference import points_at
@@ -66,17 +66,15 @@ def seams(seen: Seen) -> Figure:
     are watertight may have none.
     """
     _, alone = shared_curves(seen.surface)
-    rim, near = KDTree(alone), AT_RIM * seen.surface.diagonal
+    rim, distance = KDTree(alone), AT_RIM * seen.surface.diagonal
     inside = at_rim = 0
     for view in around(seen.surface):
         view = replace(view, width=SMALL[0], height=SMALL[1])
         run(seen.device, seen.prepared, Frame(view))
         ends = open_edges(seen.prepared.result()[0])
-        if len(ends) and len(alone):
-            allowed = (rim.query(ends.reshape(-1, 3))[0].reshape(-1, 2) <= near).all(axis=1)
-            at_rim += int(allowed.sum())
-            ends = ends[~allowed]
-        inside += len(ends)
+        allowed = near(ends, rim, distance)
+        at_rim += int(allowed.sum())
+        inside += int((~allowed).sum())
     limit = 0 if seen.params.edges == "watertight" else None
     return Figure(inside, limit, f"{at_rim:,} more at open borders, {VIEWS} views")
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import warnings
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,14 +19,19 @@ KEEPS_NONE = "Intel"  # what platforms' names begin with whose driver keeps noth
 DIGEST = 32  # bytes of a checksum
 
 
-def path_of(*words: str) -> Path:
-    """The file of what is built from these: driver, device, options, text."""
+@cache
+def _abilities() -> tuple[str, ...]:
+    """What the processor says of itself: the same for every program of this process."""
     try:
         cpu = Path("/proc/cpuinfo").read_text("utf-8").split("\n\n", 1)[0]
     except OSError:
         cpu = ""
-    able = [line for line in cpu.splitlines() if line.startswith(("flags", "Features"))]
-    name = hashlib.sha256("\0".join((*words, *able)).encode()).hexdigest()
+    return tuple(line for line in cpu.splitlines() if line.startswith(("flags", "Features")))
+
+
+def path_of(*words: str) -> Path:
+    """The file of what is built from these: driver, device, options, text."""
+    name = hashlib.sha256("\0".join((*words, *_abilities())).encode()).hexdigest()
     return cache_folder() / "programs" / name
 
 
